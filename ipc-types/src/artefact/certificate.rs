@@ -1,0 +1,117 @@
+//! `certificates.bin`: why certified regions are free of collision, to be re-checked without a solver.
+//!
+//! Theory: swept-hull certificates. For one pair of bodies (A, B) on the region P, cells (boxes in the coordinates of
+//! the joints between the two) form a binary tree whose root is the box of joint limits; each leaf either misses P,
+//! or has a normal n, fixed in the frame of a link on the chain between A and B, and a row g with
+//!
+//! ```text
+//! n·(x_A(q) − x_B(q)) − g·δ ≥ κ      for all q in the cell, all points x_A of A, x_B of B, δ = q − centre of cell
+//! g·δ ≥ L                            for all q in cell ∩ P, by the stored multipliers
+//! κ + L > clearance
+//! ```
+//!
+//! A verifier recomputes κ and L from these data alone; nothing here has to be believed.
+
+use serde::{Deserialize, Serialize};
+
+/// The certificates of all certified regions.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct CertificatesFile {
+    /// Sorted by region id.
+    pub regions: Vec<RegionCertificate>,
+}
+
+/// Certificate of one region against all pairs of bodies.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct RegionCertificate {
+    /// Id of the certified region in `certify/regions.bin`.
+    pub region_id: u64,
+    /// The rows `a·q ≤ b` that the leaves' multipliers index. Each is satisfied by all of the region.
+    pub rows: Vec<SweptRow>,
+    /// One entry for every pair of bodies that may collide, sorted by (body_a, body_b).
+    pub pairs: Vec<PairCertificate>,
+}
+
+/// A row `a·q ≤ b` that holds on the region, and why it holds.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct SweptRow {
+    /// Coefficients [n].
+    pub a: Vec<f64>,
+    /// Offset.
+    pub b: f64,
+    /// Why the row holds on the region.
+    pub origin: RowOrigin,
+}
+
+/// Why a row holds on the region.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub enum RowOrigin {
+    /// It is this row of the region, bit for bit.
+    Face(u32),
+    /// It follows from rows of the region: for all q in the joint box,
+    /// `a·q − b ≤ Σ μ_r (A_r q − b_r)` with these (row of the region, μ_r ≥ 0).
+    Implied(Vec<(u32, f64)>),
+}
+
+/// Certificate of one pair of bodies on one region.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct PairCertificate {
+    /// Index of body A in the scene's bodies.
+    pub body_a: u32,
+    /// Index of body B, greater than `body_a`.
+    pub body_b: u32,
+    /// Distance that is proven, metres; 0 is disjointness.
+    pub clearance: f64,
+    /// The frames that leaves name by position.
+    pub frames: Vec<FrameChoice>,
+    /// The tree of cells in preorder: a split is followed by its lower, then its upper subtree. The root cell is the
+    /// box of joint limits.
+    pub cells: Vec<Cell>,
+}
+
+/// A frame in which normals are constant, and what drops out seen from it.
+///
+/// The chain between the bodies runs from the link of A through the links between to the link of B. Seen from the
+/// frame's link, the joints on A's side and those on B's side move the two bodies. A revolute joint about an axis of
+/// symmetry of the body (a cylinder or capsule about its z axis, a sphere about any axis through its centre) maps the
+/// body to itself; it drops out if all joints between it and the body drop out too.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct FrameChoice {
+    /// Index of the link, on the chain between the two bodies, in whose frame the normals are fixed.
+    pub link: u32,
+    /// How many of the moving joints on A's side, counted from A, drop out. Their coordinates have g = 0.
+    pub n_dropped_a: u32,
+    /// How many of the moving joints on B's side, counted from B, drop out. Their coordinates have g = 0.
+    pub n_dropped_b: u32,
+}
+
+/// A node of the tree of cells.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub enum Cell {
+    /// The cell is cut at `q[coordinate] = at`, strictly inside it.
+    Split {
+        /// Index of the coordinate.
+        coordinate: u16,
+        /// Where.
+        at: f64,
+    },
+    /// The cell misses the region: Σ μ_r (a_r·q − b_r) > 0 on all of the cell (other coordinates within their joint
+    /// limits), with (index into `RegionCertificate::rows`, μ_r ≥ 0).
+    Empty {
+        /// Multipliers.
+        multipliers: Vec<(u32, f64)>,
+    },
+    /// The bodies are apart on all of the cell ∩ region.
+    Separated {
+        /// Position in `PairCertificate::frames`.
+        frame: u16,
+        /// Normal in the frame's link; points from B to A; of unit length within rounding (a verifier divides by a
+        /// bound on its length where the clearance is positive).
+        normal: [f64; 3],
+        /// The row g, one coefficient for each coordinate with a non-zero entry: (coordinate, g). Empty means g = 0.
+        g: Vec<(u16, f64)>,
+        /// Multipliers (index into `RegionCertificate::rows`, μ_r ≥ 0) that bound g·δ from below on cell ∩ region:
+        /// L = min over the cell, other coordinates within their joint limits, of g·δ + Σ μ_r (a_r·q − b_r).
+        multipliers: Vec<(u32, f64)>,
+    },
+}

@@ -1,0 +1,15 @@
+//! What stages write to disk and read from it. The field names are those of the `.json` twins.
+
+mod certificate;
+mod cuts;
+mod plan;
+mod regions;
+mod trajectory;
+
+pub use certificate::{
+    Cell, CertificatesFile, FrameChoice, PairCertificate, RegionCertificate, RowOrigin, SweptRow,
+};
+pub use cuts::{CutsFile, LeafCut};
+pub use plan::{Mode, PlanFile, PlanStatus, Tried, TriedStatus};
+pub use regions::{Coverage, Estimate, Region, RegionsFile};
+pub use trajectory::{Segment, TrajectoryFile};

@@ -1,0 +1,2 @@
+//! Launches, feeds, watches and records the stages.
+fn main() {}

@@ -1,0 +1,1 @@
+//! Certificates of freedom from collision for regions and paths.

@@ -1,0 +1,2 @@
+//! Certificates of freedom from collision for regions and paths.
+fn main() {}

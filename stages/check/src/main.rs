@@ -1,0 +1,2 @@
+//! The independent verifier of a run.
+fn main() {}

@@ -1,0 +1,1 @@
+//! Convex regions of the collision-free configuration space.

@@ -1,0 +1,2 @@
+//! Convex regions of the collision-free configuration space.
+fn main() {}

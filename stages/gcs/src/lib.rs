@@ -1,0 +1,1 @@
+//! Shortest transit and transfer paths in graphs of convex sets.

@@ -1,0 +1,2 @@
+//! Shortest transit and transfer paths in graphs of convex sets.
+fn main() {}

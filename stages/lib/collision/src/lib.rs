@@ -1,0 +1,1 @@
+//! Configurations and edges against the scene.

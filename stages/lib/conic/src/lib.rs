@@ -1,0 +1,1 @@
+//! Conic programmes over Clarabel, with bounds that hold in exact arithmetic.

@@ -1,0 +1,1 @@
+//! Kinematic trees, chains between links, control maps of rotations.

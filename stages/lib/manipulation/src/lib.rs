@@ -1,0 +1,1 @@
+//! Grasp and placement spaces, connected regions, transit and transfer leaves.

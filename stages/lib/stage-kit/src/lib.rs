@@ -1,0 +1,1 @@
+//! Harness of a stage: command line, files, channels, progress, exit codes.

@@ -1,0 +1,1 @@
+//! Conversions between artefacts and mathematical types.

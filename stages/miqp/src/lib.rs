@@ -1,0 +1,1 @@
+//! Fewest grasps: mixed-integer quadratic programme.

@@ -1,0 +1,2 @@
+//! Fewest grasps: mixed-integer quadratic programme.
+fn main() {}
