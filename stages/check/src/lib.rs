@@ -1,1 +1,11 @@
-//! The independent verifier of a run.
+//! The independent verifier of a run: shares no geometry code with the planner.
+
+pub mod body;
+pub mod cells;
+pub mod chain;
+pub mod exact;
+pub mod interval;
+pub mod motion;
+pub mod pairs;
+pub mod region;
+pub mod swept;

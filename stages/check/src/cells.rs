@@ -1,0 +1,228 @@
+//! The tree of cells of one pair: every leaf proves its part, and the leaves cover the box of joint limits.
+//!
+//! The root is the whole box and a split divides its cell into two that cover it, so no cell can be missing: a tree
+//! that ends early, or goes on after its end, is refused.
+
+use crate::chain::Side;
+use crate::interval::{Interval, Vec3};
+use crate::swept::{self, Extent};
+use ipc_types::artefact::{Cell, PairCertificate, SweptRow};
+use scene::Scene;
+
+/// Why the certificate of a pair does not prove what it claims.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum CellError {
+    /// The tree has fewer nodes than its splits ask for.
+    #[error("the tree of cells ends after {n_cells} nodes, although cells are still open")]
+    TreeEnds {
+        /// Nodes read.
+        n_cells: usize,
+    },
+    /// The tree goes on after its last leaf.
+    #[error("{n_left} cells follow after the tree of cells is complete")]
+    TreeGoesOn {
+        /// Nodes left.
+        n_left: usize,
+    },
+    /// A split outside its cell or on no coordinate.
+    #[error("cell {cell_idx}: it is split at {at} along coordinate {coordinate}, which is not inside it")]
+    Split {
+        /// Position of the node.
+        cell_idx: usize,
+        /// Where.
+        at: f64,
+        /// Along which coordinate.
+        coordinate: usize,
+    },
+    /// A multiplier that is negative or not a number, or on a row that does not exist.
+    #[error(
+        "cell {cell_idx}: multiplier {value} on row {row} is not usable (rows 0 to {n_rows}, multipliers ≥ 0)"
+    )]
+    Multiplier {
+        /// Position of the node.
+        cell_idx: usize,
+        /// Row.
+        row: usize,
+        /// Multiplier.
+        value: f64,
+        /// Number of rows.
+        n_rows: usize,
+    },
+    /// The rows do not exclude an empty cell.
+    #[error(
+        "cell {cell_idx}: it is said to miss the region, but its rows are only proven to exceed {bound:e}"
+    )]
+    NotEmpty {
+        /// Position of the node.
+        cell_idx: usize,
+        /// Proven lower bound, which is not positive.
+        bound: f64,
+    },
+    /// A frame that does not exist or does not see the pair as it says.
+    #[error(
+        "cell {cell_idx}: frame {frame} does not exist, or its dropped joints are no rotations about an axis of symmetry"
+    )]
+    Frame {
+        /// Position of the node.
+        cell_idx: usize,
+        /// Position of the frame.
+        frame: usize,
+    },
+    /// A row g on a coordinate that does not move the pair as seen from the frame.
+    #[error("cell {cell_idx}: g has the value {value} on coordinate {coordinate}, which must not carry one")]
+    Row {
+        /// Position of the node.
+        cell_idx: usize,
+        /// Coordinate.
+        coordinate: usize,
+        /// Value.
+        value: f64,
+    },
+    /// The plane does not separate.
+    #[error("cell {cell_idx}: the proven gap is {gap:e} m, which does not exceed {clearance:e} m")]
+    NotSeparated {
+        /// Position of the node.
+        cell_idx: usize,
+        /// Proven gap, scaled to a unit normal.
+        gap: f64,
+        /// Demanded clearance.
+        clearance: f64,
+    },
+}
+
+struct Frame {
+    sides: [Side; 2],
+    /// Coordinates that may carry a row.
+    coordinates: Vec<usize>,
+}
+
+/// Verifies the tree of one pair. `rows` hold on the region, `lower` and `upper` are the joint limits.
+///
+/// Returns the number of cells.
+pub fn verify(
+    scene: &Scene,
+    pair: &PairCertificate,
+    rows: &[SweptRow],
+    lower: &[f64],
+    upper: &[f64],
+) -> Result<usize, CellError> {
+    let frames: Vec<Option<Frame>> = (0..pair.frames.len()).map(|k| build_frame(scene, pair, k)).collect();
+    let mut open = vec![(lower.to_vec(), upper.to_vec())];
+    for (cell_idx, cell) in pair.cells.iter().enumerate() {
+        let Some((lower, upper)) = open.pop() else {
+            return Err(CellError::TreeGoesOn { n_left: pair.cells.len() - cell_idx });
+        };
+        match cell {
+            Cell::Split { coordinate, at } => {
+                let j = usize::from(*coordinate);
+                if !(j < lower.len() && lower[j] < *at && *at < upper[j]) {
+                    return Err(CellError::Split { cell_idx, at: *at, coordinate: j });
+                }
+                let (mut lower_above, mut upper_below) = (lower.clone(), upper.clone());
+                upper_below[j] = *at;
+                lower_above[j] = *at;
+                open.push((lower_above, upper));
+                open.push((lower, upper_below));
+            }
+            Cell::Empty { multipliers } => {
+                let zero = vec![0.0; lower.len()];
+                let extent = Extent::new(&lower, &upper);
+                let bound = row_bound(cell_idx, &zero, multipliers, rows, &lower, &upper, &extent)?;
+                if !(bound > 0.0) {
+                    return Err(CellError::NotEmpty { cell_idx, bound });
+                }
+            }
+            Cell::Separated { frame, normal, g, multipliers } => {
+                let frame_idx = usize::from(*frame);
+                let frame = frames
+                    .get(frame_idx)
+                    .and_then(Option::as_ref)
+                    .ok_or(CellError::Frame { cell_idx, frame: frame_idx })?;
+                let extent = Extent::new(&lower, &upper);
+                let mut g_full = vec![0.0; lower.len()];
+                for &(coordinate, value) in g {
+                    let coordinate = usize::from(coordinate);
+                    let usable = frame.coordinates.contains(&coordinate) && value.is_finite();
+                    if !usable || g_full[coordinate] != 0.0 {
+                        return Err(CellError::Row { cell_idx, coordinate, value });
+                    }
+                    g_full[coordinate] = value;
+                }
+                let n: Vec3 = normal.map(Interval::point);
+                let shapes =
+                    [&scene.bodies[pair.body_a as usize].shape, &scene.bodies[pair.body_b as usize].shape];
+                let sides = [(&frame.sides[0], shapes[0]), (&frame.sides[1], shapes[1])];
+                let kappa = swept::kappa(sides, &extent, &n, &g_full);
+                let bound = if multipliers.is_empty() && g.is_empty() {
+                    0.0
+                } else {
+                    row_bound(cell_idx, &g_full, multipliers, rows, &lower, &upper, &extent)?
+                };
+                let gap = Interval::point(kappa) + Interval::point(bound);
+                let needed = crate::interval::norm(&n) * Interval::point(pair.clearance);
+                if !(gap.lo() > needed.hi().max(0.0)) {
+                    let clearance = pair.clearance;
+                    return Err(CellError::NotSeparated { cell_idx, gap: gap.lo(), clearance });
+                }
+            }
+        }
+    }
+    if open.is_empty() {
+        Ok(pair.cells.len())
+    } else {
+        Err(CellError::TreeEnds { n_cells: pair.cells.len() })
+    }
+}
+
+fn build_frame(scene: &Scene, pair: &PairCertificate, frame_idx: usize) -> Option<Frame> {
+    let choice = pair.frames.get(frame_idx)?;
+    let side = |body: u32, n_dropped: u32| {
+        Side::new(scene, choice.link as usize, body as usize)?.drop_rotations(
+            scene,
+            body as usize,
+            n_dropped as usize,
+        )
+    };
+    let sides = [side(pair.body_a, choice.n_dropped_a)?, side(pair.body_b, choice.n_dropped_b)?];
+    let (a, b) = (sides[0].coordinates(), sides[1].coordinates());
+    // A coordinate on both sides would be counted twice: the frame is not on the chain between the bodies.
+    if a.iter().any(|coordinate| b.contains(coordinate)) {
+        return None;
+    }
+    Some(Frame { coordinates: a.into_iter().chain(b).collect(), sides })
+}
+
+/// Lower bound of `g·δ + Σ μ_r (a_r·q − b_r)` over the box.
+fn row_bound(
+    cell_idx: usize,
+    g: &[f64],
+    multipliers: &[(u32, f64)],
+    rows: &[SweptRow],
+    lower: &[f64],
+    upper: &[f64],
+    extent: &Extent,
+) -> Result<f64, CellError> {
+    let mut slope: Vec<Interval> = g.iter().map(|&g| Interval::point(g)).collect();
+    let mut sum = Interval::ZERO;
+    for &(row_idx, value) in multipliers {
+        let row = rows.get(row_idx as usize).filter(|row| row.a.len() == g.len());
+        let (Some(row), true) = (row, value >= 0.0 && value.is_finite()) else {
+            return Err(CellError::Multiplier { cell_idx, row: row_idx as usize, value, n_rows: rows.len() });
+        };
+        let mu = Interval::point(value);
+        for (slope, &a) in slope.iter_mut().zip(&row.a) {
+            if a != 0.0 {
+                *slope = *slope + mu * Interval::point(a);
+            }
+        }
+        sum = sum - mu * Interval::point(row.b);
+    }
+    for j in 0..g.len() {
+        let q = Interval::hull(lower[j], upper[j]);
+        sum = sum + slope[j] * q;
+        if g[j] != 0.0 {
+            sum = sum - Interval::point(g[j]) * Interval::point(extent.center[j]);
+        }
+    }
+    Ok(sum.lo())
+}
