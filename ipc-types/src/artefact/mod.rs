@@ -5,6 +5,7 @@ mod cuts;
 mod plan;
 mod regions;
 mod trajectory;
+mod trajectory_csv;
 
 pub use certificate::{
     Cell, CertificatesFile, FrameChoice, PairCertificate, RegionCertificate, RowOrigin, SweptRow,
@@ -13,3 +14,4 @@ pub use cuts::{CutsFile, LeafCut};
 pub use plan::{Mode, PlanFile, PlanStatus, Tried, TriedStatus};
 pub use regions::{Coverage, Estimate, Region, RegionsFile};
 pub use trajectory::{Segment, TrajectoryFile};
+pub use trajectory_csv::{SAMPLES, TrajectoryRow};
