@@ -6,13 +6,27 @@
 //! (thesis 2, appendix F), with links without bodies in between.
 
 mod body;
+mod collision_pair;
 mod coordinate;
+mod document;
+mod error;
+mod feasibility;
 mod link;
+mod load;
+mod naming;
+mod numbers;
+mod ordering;
+mod reading_tasks;
 mod task;
+mod tree;
+mod urdf;
 
 pub use body::{Body, Shape};
+pub use collision_pair::CollisionPair;
 pub use coordinate::{Coordinate, CoordinateKind};
+pub use error::{Place, SceneError};
 pub use link::{Link, Motion, Role};
+pub use load::SCENE_FILE;
 pub use task::{BoundedRow, LinearForm, Space, Task};
 
 use std::collections::BTreeMap;
@@ -69,5 +83,38 @@ impl Scene {
     /// Upper joint limits, in the order of the coordinates (radians, metres).
     pub fn upper(&self) -> nalgebra::DVector<f64> {
         nalgebra::DVector::from_iterator(self.dim(), self.coordinates.iter().map(|c| c.upper))
+    }
+
+    /// Position of the coordinate called `name`, spelled as the scene's `order` spells it.
+    pub fn coordinate_idx(&self, name: &str) -> Option<usize> {
+        self.coordinates.iter().position(|coordinate| coordinate.name == name)
+    }
+
+    /// Position of the link called `name` (`model/link`, or an obstacle's name).
+    pub fn link_idx(&self, name: &str) -> Option<usize> {
+        self.links.iter().position(|link| link.name == name)
+    }
+
+    /// Position of the body called `name`.
+    pub fn body_idx(&self, name: &str) -> Option<usize> {
+        self.bodies.iter().position(|body| body.name == name)
+    }
+
+    /// The task called `name`; without a name, the only one there is.
+    pub fn task(&self, name: Option<&str>) -> Result<&Task, SceneError> {
+        let file = || format!("scene {}", self.name);
+        let known = || error::listed(self.tasks.keys());
+        match name {
+            Some(name) => self.tasks.get(name).ok_or_else(|| SceneError::UnknownTask {
+                file: file(),
+                name: name.to_owned(),
+                known: known(),
+            }),
+            None => match self.tasks.len() {
+                0 => Err(SceneError::NoTask { file: file() }),
+                1 => self.tasks.values().next().ok_or_else(|| SceneError::NoTask { file: file() }),
+                _ => Err(SceneError::TaskNeeded { file: file(), known: known() }),
+            },
+        }
     }
 }
