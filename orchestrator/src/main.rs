@@ -2,6 +2,10 @@
 
 mod cli;
 mod failure;
+mod pipeline;
+mod quantity;
+mod report;
+mod results;
 mod run_directory;
 mod run_record;
 mod stage;

@@ -1,7 +1,7 @@
 //! The run directory: where a run keeps everything that anyone may need later.
 
 use crate::failure::Failure;
-use crate::stage::Stage;
+use ipc_types::stage_name::StageName;
 use std::path::{Path, PathBuf};
 
 /// A run directory.
@@ -75,8 +75,8 @@ impl RunDirectory {
     }
 
     /// Folder of a stage.
-    pub fn stage(&self, stage: Stage) -> PathBuf {
-        self.path.join(stage.name())
+    pub fn stage(&self, stage: StageName) -> PathBuf {
+        self.path.join(stage.word())
     }
 
     /// Copies of the files of the scene that the stages really read.

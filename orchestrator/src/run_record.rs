@@ -1,8 +1,10 @@
 //! `run.json`: what a run was asked, with which programs, how it ended, and what each stage cost.
 
 use crate::cli::CertifyMethod;
-use crate::failure::{ExitCode, Failure};
-use crate::stage::{Stage, StageCommands, StageOptions};
+use crate::failure::Failure;
+use crate::stage::{StageCommands, StageOptions};
+use ipc_types::exit_code::ExitCode;
+use ipc_types::stage_name::StageName;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
@@ -70,7 +72,7 @@ impl From<&Failure> for Outcome {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct StageRecord {
     /// Which.
-    pub stage: Stage,
+    pub stage: StageName,
     /// Command that ran, words joined by spaces.
     pub command: String,
     /// Number of processes.
@@ -124,14 +126,11 @@ impl RunRecord {
 
     /// Writes `run.json` of a run directory, at once.
     pub fn write(&self, run: &Path) -> Result<(), Failure> {
-        let path = run.join("run.json");
-        let text =
-            serde_json::to_string_pretty(self).map_err(|cause| Failure::file("write", &path, cause))?;
-        write_at_once(&path, (text + "\n").as_bytes())
+        ipc_types::store::write_json(run, "run", self).map_err(Failure::from)
     }
 
     /// The record of a stage.
-    pub fn stage(&self, stage: Stage) -> Option<&StageRecord> {
+    pub fn stage(&self, stage: StageName) -> Option<&StageRecord> {
         self.stages.iter().find(|record| record.stage == stage)
     }
 
@@ -141,15 +140,6 @@ impl RunRecord {
         self.stages.push(record);
         self.stages.sort_by_key(|record| record.stage);
     }
-}
-
-/// Writes a file under another name and renames it, so that a reader never sees half of it.
-pub fn write_at_once(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
-    let mut hidden = path.as_os_str().to_owned();
-    hidden.push(".part");
-    std::fs::write(&hidden, bytes)
-        .and_then(|()| std::fs::rename(&hidden, path))
-        .map_err(|cause| Failure::file("write", path, cause))
 }
 
 #[cfg(test)]
@@ -173,7 +163,7 @@ pub(crate) mod tests {
             outcome: Outcome::done("10 grasps"),
             seconds: 1.5,
             stages: vec![StageRecord {
-                stage: Stage::Miqp,
+                stage: StageName::Miqp,
                 command: "regrasp-miqp".into(),
                 processes: 1,
                 exit_code: 0,
@@ -209,12 +199,12 @@ pub(crate) mod tests {
     fn stages_stay_in_order() {
         let mut record = example();
         let mut first = record.stages[0].clone();
-        first.stage = Stage::Decompose;
+        first.stage = StageName::Decompose;
         record.put_stage(first.clone());
         record.put_stage(first);
         assert_eq!(
             record.stages.iter().map(|s| s.stage).collect::<Vec<_>>(),
-            [Stage::Decompose, Stage::Miqp]
+            [StageName::Decompose, StageName::Miqp]
         );
     }
 }

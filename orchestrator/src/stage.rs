@@ -1,77 +1,44 @@
-//! The stages by name, the folder each writes, and what may be asked of them on the command line.
+//! What may be asked of the stages on the command line: options, and commands in their place.
 
 use crate::failure::Failure;
+use ipc_types::stage_name::StageName;
+// The process layer names stages by this word.
+pub use ipc_types::stage_name::StageName as Stage;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
-use std::fmt;
 
-/// A stage of the pipeline, in the order in which data flow.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Stage {
-    /// Regions of CS_free.
-    Decompose,
-    /// Certificates of regions.
-    Certify,
-    /// Grasp plan.
-    Miqp,
-    /// Transit and transfer paths.
-    Gcs,
+/// File name of a stage's executable.
+pub fn executable_name(stage: StageName) -> String {
+    format!("regrasp-{stage}")
 }
 
-impl Stage {
-    /// All stages in order.
-    pub const ALL: [Stage; 4] = [Stage::Decompose, Stage::Certify, Stage::Miqp, Stage::Gcs];
+/// The stages whose input depends on this one's output.
+pub fn later_stages(stage: StageName) -> impl Iterator<Item = StageName> {
+    StageName::ALL.into_iter().filter(move |other| *other > stage)
+}
 
-    /// The name, also of the folder that the stage writes in a run directory.
-    pub fn name(self) -> &'static str {
-        match self {
-            Stage::Decompose => "decompose",
-            Stage::Certify => "certify",
-            Stage::Miqp => "miqp",
-            Stage::Gcs => "gcs",
-        }
-    }
-
-    /// File name of the executable.
-    pub fn executable(self) -> String {
-        format!("regrasp-{}", self.name())
-    }
-
-    /// The stages whose input depends on this one's output.
-    pub fn later(self) -> impl Iterator<Item = Stage> {
-        Stage::ALL.into_iter().filter(move |other| *other > self)
-    }
-
-    /// What the stage does, in a few words.
-    pub fn purpose(self) -> &'static str {
-        match self {
-            Stage::Decompose => "regions of CS_free",
-            Stage::Certify => "certificates of the regions",
-            Stage::Miqp => "grasp plan",
-            Stage::Gcs => "transit and transfer paths",
-        }
-    }
-
-    /// The stage of that name.
-    pub fn from_name(name: &str) -> Result<Stage, Failure> {
-        Stage::ALL.into_iter().find(|stage| stage.name() == name).ok_or_else(|| {
-            Failure::bad_input(format!(
-                "--stage: no stage is called '{name}'; the stages are decompose, certify, miqp and gcs"
-            ))
-        })
+/// What a stage does, in a few words.
+pub fn purpose(stage: StageName) -> &'static str {
+    match stage {
+        StageName::Decompose => "regions of CS_free",
+        StageName::Certify => "certificates of the regions",
+        StageName::Miqp => "grasp plan",
+        StageName::Gcs => "transit and transfer paths",
     }
 }
 
-impl fmt::Display for Stage {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(self.name())
-    }
+/// The stage of that name, as the user wrote it after `--stage`.
+pub fn stage_from_name(name: &str) -> Result<StageName, Failure> {
+    StageName::ALL.into_iter().find(|stage| stage.word() == name).ok_or_else(|| {
+        Failure::bad_input(format!(
+            "--stage: no stage is called '{name}'; the stages are decompose, certify, miqp and gcs"
+        ))
+    })
 }
 
 /// Options of stages as `key -> value`, from `--set` and from the options of `regrasp` that belong to one stage.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub struct StageOptions(pub BTreeMap<Stage, BTreeMap<String, String>>);
+pub struct StageOptions(pub BTreeMap<StageName, BTreeMap<String, String>>);
 
 impl StageOptions {
     /// Reads `stage.key=value`.
@@ -90,7 +57,7 @@ impl StageOptions {
             if !key_is_word {
                 return Err(wrong());
             }
-            let stage = Stage::from_name(stage)
+            let stage = stage_from_name(stage)
                 .map_err(|_| Failure::bad_input(format!("--set {item}: no stage is called '{stage}'; the stages are decompose, certify, miqp and gcs")))?;
             options.insert(stage, key, value);
         }
@@ -98,7 +65,7 @@ impl StageOptions {
     }
 
     /// Sets an option; a later value replaces an earlier one.
-    pub fn insert(&mut self, stage: Stage, key: &str, value: impl Into<String>) {
+    pub fn insert(&mut self, stage: StageName, key: &str, value: impl Into<String>) {
         self.0.entry(stage).or_default().insert(key.replace('-', "_"), value.into());
     }
 
@@ -112,7 +79,7 @@ impl StageOptions {
     }
 
     /// Arguments of the stage's command line: `--key=value`, sorted by key.
-    pub fn arguments(&self, stage: Stage) -> Vec<String> {
+    pub fn arguments(&self, stage: StageName) -> Vec<String> {
         let pairs = self.0.get(&stage).into_iter().flatten();
         pairs.map(|(key, value)| format!("--{}={value}", key.replace('_', "-"))).collect()
     }
@@ -120,7 +87,7 @@ impl StageOptions {
 
 /// Commands that replace stages: the words of each command line.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub struct StageCommands(pub BTreeMap<Stage, Vec<String>>);
+pub struct StageCommands(pub BTreeMap<StageName, Vec<String>>);
 
 impl StageCommands {
     /// Reads `name=command`; the command is split at white space, quotes keep words together.
@@ -137,7 +104,7 @@ impl StageCommands {
             if words.is_empty() {
                 return Err(Failure::bad_input(format!("--stage {item}: the command is empty")));
             }
-            commands.insert(Stage::from_name(name)?, words);
+            commands.insert(stage_from_name(name)?, words);
         }
         Ok(StageCommands(commands))
     }
@@ -180,9 +147,9 @@ mod tests {
     fn options_become_arguments_in_order() {
         let items = ["miqp.max_grasps=12".to_string(), "miqp.gap=0.1".to_string(), "gcs.order=3".to_string()];
         let options = StageOptions::parse(&items).unwrap();
-        assert_eq!(options.arguments(Stage::Miqp), ["--gap=0.1", "--max-grasps=12"]);
-        assert_eq!(options.arguments(Stage::Gcs), ["--order=3"]);
-        assert!(options.arguments(Stage::Certify).is_empty());
+        assert_eq!(options.arguments(StageName::Miqp), ["--gap=0.1", "--max-grasps=12"]);
+        assert_eq!(options.arguments(StageName::Gcs), ["--order=3"]);
+        assert!(options.arguments(StageName::Certify).is_empty());
     }
 
     #[test]
@@ -197,7 +164,7 @@ mod tests {
     #[test]
     fn commands_keep_quoted_words_together() {
         let commands = StageCommands::parse(&["gcs=python3 'my gcs.py' -v".to_string()]).unwrap();
-        assert_eq!(commands.0[&Stage::Gcs], ["python3", "my gcs.py", "-v"]);
+        assert_eq!(commands.0[&StageName::Gcs], ["python3", "my gcs.py", "-v"]);
         for bad in ["gcs", "gcs=", "gcs='x", "paint=x"] {
             assert_eq!(StageCommands::parse(&[bad.to_string()]).unwrap_err().exit_code.code(), 2);
         }
@@ -205,7 +172,7 @@ mod tests {
 
     #[test]
     fn later_stages_follow_the_data() {
-        assert_eq!(Stage::Certify.later().collect::<Vec<_>>(), [Stage::Miqp, Stage::Gcs]);
-        assert_eq!(Stage::Gcs.later().count(), 0);
+        assert_eq!(later_stages(StageName::Certify).collect::<Vec<_>>(), [StageName::Miqp, StageName::Gcs]);
+        assert_eq!(later_stages(StageName::Gcs).count(), 0);
     }
 }

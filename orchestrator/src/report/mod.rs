@@ -1,0 +1,4 @@
+//! `report.html`.
+mod slices;
+mod svg;
+mod timeline;
