@@ -8,4 +8,5 @@ pub mod interval;
 pub mod motion;
 pub mod pairs;
 pub mod region;
+pub mod run;
 pub mod swept;
