@@ -14,6 +14,7 @@ pub mod json;
 pub mod stage_name;
 pub mod status;
 pub mod store;
+pub mod validate;
 
 /// Version of messages, artefacts and channel names together. A process of another version is refused.
 pub const PROTOCOL_VERSION: u32 = 1;

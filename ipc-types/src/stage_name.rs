@@ -31,6 +31,16 @@ impl StageName {
         }
     }
 
+    /// File name of the executable.
+    pub fn executable(self) -> &'static str {
+        match self {
+            StageName::Decompose => "regrasp-decompose",
+            StageName::Certify => "regrasp-certify",
+            StageName::Miqp => "regrasp-miqp",
+            StageName::Gcs => "regrasp-gcs",
+        }
+    }
+
     /// Number of the stage in messages.
     pub fn number(self) -> u32 {
         self as u32

@@ -1,1 +1,5 @@
-//! Conversions between artefacts and mathematical types.
+//! Conversions between artefacts and mathematical types, with validation.
+
+mod region;
+
+pub use region::{Region, RegionError};
