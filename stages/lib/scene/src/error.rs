@@ -77,10 +77,12 @@ pub enum SceneError {
     NoCoordinates { at: Place },
     #[error("{at} has {found} of box, cylinder, sphere, capsule; give exactly one")]
     ShapeCount { at: Place, found: usize },
-    #[error("model {model}, link `{link}`, {at}: {kind} is not supported as a collision shape; {remedy}")]
-    UnsupportedShape { at: Place, model: String, link: String, kind: &'static str, remedy: &'static str },
-    #[error("model {model}, joint `{joint}`, {at}: {kind} joints are not supported; {remedy}")]
-    UnsupportedJoint { at: Place, model: String, joint: String, kind: &'static str, remedy: &'static str },
+    #[error(
+        "{at} of link `{link}` of model `{model}`: {kind} is not supported as a collision shape; {remedy}"
+    )]
+    UnsupportedShape { at: Place, model: Box<str>, link: Box<str>, kind: &'static str, remedy: &'static str },
+    #[error("{at} = \"{kind}\" of joint `{joint}` of model `{model}`: this kind is not supported; {remedy}")]
+    UnsupportedJoint { at: Place, model: Box<str>, joint: Box<str>, kind: &'static str, remedy: &'static str },
     #[error("{at} = \"{value}\": no link of this name in the file; {remedy}")]
     UnknownUrdfLink { at: Place, value: String, remedy: &'static str },
     #[error("{at} = \"{value}\": this link is the child of two joints; a tree needs one parent a link")]

@@ -192,7 +192,8 @@ impl CompositeTree {
 
     /// A planar joint as prismatic x, prismatic y, revolute theta (thesis 2, appendix F): x and y span the
     /// plane, theta turns about its normal. x and y are those of the joint's frame turned by the smallest
-    /// rotation that brings its z to the normal (by π about x if they are opposite).
+    /// rotation that brings its z to the normal; for a normal with negative z, of the frame turned by π about
+    /// its x before. The parts are called `joint_x`, `joint_y`, `joint_theta`.
     #[allow(clippy::too_many_arguments)] // The parts of one joint, used in this one place.
     fn add_planar(
         &mut self,
@@ -204,11 +205,18 @@ impl CompositeTree {
         X_PF: RigidTransform,
         normal: Unit<Vector3<f64>>,
     ) -> usize {
-        let R_FN = UnitQuaternion::rotation_between_axis(&Vector3::z_axis(), &normal)
-            .unwrap_or_else(|| UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI));
+        let (near, flip) = if normal.z < 0.0 {
+            (-Vector3::z_axis(), UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI))
+        } else {
+            (Vector3::z_axis(), UnitQuaternion::identity())
+        };
+        // `near` and `normal` enclose at most a right angle, so there is a smallest rotation between them.
+        let R_FN = UnitQuaternion::rotation_between_axis(&near, &normal).unwrap_or_default() * flip;
+        let x_axis = R_FN * Vector3::x_axis();
+        let y_axis = Unit::new_normalize(normal.cross(&x_axis));
         let parts = [
-            ("x", CoordinateKind::Prismatic, R_FN * Vector3::x_axis()),
-            ("y", CoordinateKind::Prismatic, R_FN * Vector3::y_axis()),
+            ("x", CoordinateKind::Prismatic, x_axis),
+            ("y", CoordinateKind::Prismatic, y_axis),
             ("theta", CoordinateKind::Revolute, normal),
         ];
         let (mut parent, mut X_PF) = (parent, X_PF);

@@ -54,8 +54,11 @@ pub fn parse(file: &str, model: &str, bytes: &[u8]) -> Result<UrdfTree, SceneErr
     if nesting_bound(text) > MAX_NESTING {
         return Err(refuse(format!("elements are nested more than {MAX_NESTING} deep")));
     }
-    let robot = urdf_rs::read_from_string(text)
-        .map_err(|error| refuse(error.to_string().split_whitespace().collect::<Vec<_>>().join(" ")))?;
+    let robot = urdf_rs::read_from_string(text).map_err(|error| {
+        let message = error.to_string().split_whitespace().collect::<Vec<_>>().join(" ");
+        // The prefix is the XML reader's name for errors that urdf-rs raises.
+        refuse(message.trim_start_matches("custom: ").to_owned())
+    })?;
     let reader = Reader { file, model };
     reader.check_names(&robot)?;
     reader.tree(&robot)
@@ -163,9 +166,9 @@ impl Reader<'_> {
     fn joint(&self, joint: &urdf_rs::Joint, parent: usize) -> Result<UrdfJoint, SceneError> {
         let field = |part: &str| self.at(format!("joint \"{}\" {part}", joint.name));
         let unsupported = |kind, remedy| SceneError::UnsupportedJoint {
-            at: self.at(format!("joint \"{}\"", joint.name)),
-            model: self.model.to_owned(),
-            joint: joint.name.clone(),
+            at: self.at("type"),
+            model: self.model.into(),
+            joint: joint.name.as_str().into(),
             kind,
             remedy,
         };
@@ -218,9 +221,7 @@ impl Reader<'_> {
     fn shapes(&self, link: &urdf_rs::Link) -> Result<Vec<(RigidTransform, Shape)>, SceneError> {
         let mut shapes = Vec::with_capacity(link.collision.len());
         for (shape_idx, collision) in link.collision.iter().enumerate() {
-            let field = |part: &str| {
-                self.at(format!("link \"{}\" collision[{shape_idx}] {part}", link.name).trim_end())
-            };
+            let field = |part: &str| self.at(format!("link \"{}\" collision[{shape_idx}] {part}", link.name));
             let shape = match &collision.geometry {
                 Geometry::Box { size } => cuboid(|part| field(&format!("box {part}")), **size)?,
                 Geometry::Cylinder { radius, length } => Shape::Cylinder {
@@ -236,9 +237,9 @@ impl Reader<'_> {
                 }
                 Geometry::Mesh { .. } => {
                     return Err(SceneError::UnsupportedShape {
-                        at: field(""),
-                        model: self.model.to_owned(),
-                        link: link.name.clone(),
+                        at: self.at(format!("collision[{shape_idx}]")),
+                        model: self.model.into(),
+                        link: link.name.as_str().into(),
                         kind: "mesh",
                         remedy: "put boxes, cylinders, spheres or capsules around it",
                     });

@@ -1,4 +1,6 @@
 //! The scenes of the project load and hold the facts that their files state.
+// 3.14 is the thesis' limit of the cap's angle, not an approximation of pi.
+#![allow(clippy::approx_constant)]
 
 use nalgebra::{Point3, Translation3, UnitQuaternion, Vector3};
 use scene::{CollisionPair, CoordinateKind, Motion, RigidTransform, Role, Scene, Shape};
