@@ -35,7 +35,7 @@ pub enum Command {
     Profile(ProfileArgs),
     /// List the stages and the executables found for them.
     Stages(StagesArgs),
-    /// Remove what dead runs left in shared memory, and stages' part files of finished runs.
+    /// Remove what dead runs left in shared memory.
     Clean(CleanArgs),
 }
 

@@ -62,3 +62,88 @@ impl Results {
         self.status.get(&stage)?.details.get(key)?.as_f64()
     }
 }
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use super::*;
+    use crate::run_record::tests::example as record;
+    use ipc_types::artefact::{Mode, PlanStatus, Region, Segment, Tried, TriedStatus};
+
+    /// A small finished run with one certified transfer.
+    pub(crate) fn example() -> Results {
+        let region = Region {
+            id: 1,
+            parent: Some(0),
+            A: vec![vec![1.0, 0.0], vec![-1.0, 0.0], vec![0.0, 1.0], vec![0.0, -1.0]],
+            b: vec![1.0; 4],
+            center: vec![0.0, 0.0],
+            method: "iris-zo".into(),
+            certified: true,
+            margin: 0.0,
+        };
+        let coordinates = vec!["cap".to_string(), "<finger>".to_string()];
+        let segment = |mode, from: [f64; 2], to: [f64; 2]| Segment {
+            mode,
+            pieces: vec![vec![from.to_vec(), to.to_vec()]],
+            regions: vec![1],
+            length: 1.0,
+            lower_bound: 0.9,
+            certified: true,
+        };
+        let segments = vec![
+            segment(Mode::Transit, [0.0, 0.0], [0.0, 0.5]),
+            segment(Mode::Transfer, [0.0, 0.5], [1.0, 0.5]),
+            segment(Mode::Transit, [1.0, 0.5], [1.0, 0.0]),
+        ];
+        let one = Tried {
+            n_grasps: 1,
+            status: TriedStatus::Optimal,
+            reason: String::new(),
+            cost: Some(1.5),
+            lower_bound: Some(1.5),
+            nodes: 3,
+        };
+        let regions = RegionsFile { coordinates: coordinates.clone(), regions: vec![region], coverage: None };
+        Results {
+            record: record(),
+            candidates: Some(regions.clone()),
+            regions: Some(regions),
+            plan: Some(PlanFile {
+                status: PlanStatus::Optimal,
+                n_grasps: Some(1),
+                configurations: None,
+                regions: None,
+                modes: None,
+                cost: Some(1.5),
+                lower_bound: Some(1.5),
+                tried: vec![one],
+            }),
+            trajectory: Some(TrajectoryFile { coordinates, segments, length: 3.0, duration: 3.0 }),
+            status: BTreeMap::new(),
+        }
+    }
+
+    #[test]
+    fn one_open_segment_leaves_the_plan_uncertified() {
+        let mut results = example();
+        assert_eq!(results.certified(), Some(true));
+        if let Some(trajectory) = &mut results.trajectory {
+            trajectory.segments[1].certified = false;
+        }
+        assert_eq!(results.certified(), Some(false));
+        results.trajectory = None;
+        assert_eq!(results.certified(), None);
+    }
+
+    #[test]
+    fn a_run_that_stopped_early_is_read_as_far_as_it_went() {
+        let folder = tempfile::tempdir().unwrap();
+        let run = RunDirectory::create_at(&folder.path().join("run")).unwrap();
+        record().write(run.path()).unwrap();
+        let results = Results::read(&run).unwrap();
+        assert!(results.plan.is_none() && results.status.is_empty());
+        std::fs::create_dir(run.stage(StageName::Miqp)).unwrap();
+        std::fs::write(run.stage(StageName::Miqp).join("plan.json"), "{").unwrap();
+        assert_eq!(Results::read(&run).unwrap_err().exit_code.code(), 2);
+    }
+}

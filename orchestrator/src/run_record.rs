@@ -30,6 +30,8 @@ pub struct RunRecord {
     pub workers: u32,
     /// How regions are certified.
     pub certify: CertifyMethod,
+    /// Distance to keep between bodies, metres; `None` (null): the task's.
+    pub clearance: Option<f64>,
     /// Options that were set, by stage.
     pub options: StageOptions,
     /// Commands that replaced stages.
@@ -157,6 +159,7 @@ pub(crate) mod tests {
             seed: 3,
             workers: 2,
             certify: CertifyMethod::Swept,
+            clearance: None,
             options: StageOptions::default(),
             commands: StageCommands::default(),
             excluded_pairs: vec!["a / b".into()],

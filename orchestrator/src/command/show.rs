@@ -1,0 +1,178 @@
+//! `regrasp show`: an artefact as text.
+
+use crate::cli::ShowArgs;
+use crate::failure::{ExitCode, Failure};
+use crate::quantity::{bytes, count, figure, share};
+use ipc_types::artefact::{
+    Cell, CertificatesFile, CutsFile, Estimate, LeafCut, PlanFile, PlanStatus, Region, RegionsFile, Segment,
+    TrajectoryFile, TriedStatus,
+};
+use ipc_types::container::{Artefact, CertifiedPart, Kind, header};
+use ipc_types::hexadecimal;
+use ipc_types::store::{StoreError, read_bin, read_json};
+use serde_json::Value;
+use std::path::Path;
+
+/// Prints what an artefact holds: some lines for people, or all of it as JSON.
+pub fn show(args: &ShowArgs) -> Result<ExitCode, Failure> {
+    let file = &args.file;
+    if file.is_dir() {
+        return Err(Failure::bad_input(format!(
+            "{}: a folder; give one file of it, such as miqp/plan.bin",
+            file.display()
+        )));
+    }
+    if file.extension().is_some_and(|extension| extension == "json") {
+        let value: Value = read_json(file)?;
+        super::print_json(&value)?;
+        return Ok(ExitCode::Done);
+    }
+    let content = std::fs::read(file).map_err(|source| StoreError::Read { file: file.clone(), source })?;
+    let head = header(file, &content).map_err(StoreError::from)?;
+    if !args.json {
+        super::print(
+            format!(
+                "{}: {}, {}, scene {}\n",
+                file.display(),
+                head.kind.word(),
+                bytes(content.len() as u64),
+                &hexadecimal(&head.scene_digest)[..16]
+            )
+            .as_bytes(),
+        )?;
+    }
+    match head.kind {
+        Kind::Regions => print_as::<RegionsFile>(args, regions),
+        Kind::Certificates => print_as::<CertificatesFile>(args, certificates),
+        Kind::Plan => print_as::<PlanFile>(args, plan),
+        Kind::Trajectory => print_as::<TrajectoryFile>(args, trajectory),
+        Kind::Cuts => print_as::<CutsFile>(args, |file| file.cuts.iter().map(cut).collect()),
+        Kind::Region => print_as::<Region>(args, |one| vec![region(one)]),
+        Kind::CertifiedPart => print_as::<CertifiedPart>(args, |part| {
+            let mut lines =
+                vec![format!("candidate {}: {}", part.candidate_id, count(part.regions.len(), "region"))];
+            lines.extend(part.regions.iter().map(region));
+            lines.extend((!part.reason.is_empty()).then(|| part.reason.clone()));
+            lines
+        }),
+        Kind::Segment => print_as::<Segment>(args, |one| vec![segment(0, one)]),
+        Kind::Cut => print_as::<LeafCut>(args, |one| vec![cut(one)]),
+    }?;
+    Ok(ExitCode::Done)
+}
+
+fn print_as<A: Artefact>(args: &ShowArgs, lines: impl Fn(&A) -> Vec<String>) -> Result<(), Failure> {
+    let value: A = read(&args.file)?;
+    if args.json {
+        super::print_json(&value)
+    } else {
+        super::print((lines(&value).join("\n") + "\n").as_bytes())
+    }
+}
+
+fn read<A: Artefact>(file: &Path) -> Result<A, Failure> {
+    Ok(read_bin(file, None)?)
+}
+
+fn regions(file: &RegionsFile) -> Vec<String> {
+    let mut lines =
+        vec![format!("{} over ({})", count(file.regions.len(), "region"), file.coordinates.join(", "))];
+    if let Some(coverage) = &file.coverage {
+        let estimate = |Estimate(value, low, high): Estimate| {
+            format!("{} [{}, {}]", share(value), share(low), share(high))
+        };
+        lines.push(format!("covers {} of CS_free", estimate(coverage.total)));
+        lines.extend(coverage.grasp.map(|e| format!("covers {} of CG_free", estimate(e))));
+        lines.extend(coverage.placement.map(|e| format!("covers {} of CP_free", estimate(e))));
+    }
+    lines.extend(file.regions.iter().map(region));
+    lines
+}
+
+fn region(region: &Region) -> String {
+    let parent = region.parent.map(|id| format!(", from candidate {id}")).unwrap_or_default();
+    let certified = if region.certified { "certified" } else { "not certified" };
+    format!(
+        "  region {}: {}, {}, {certified}{parent}, centre {}",
+        region.id,
+        count(region.b.len(), "face"),
+        region.method,
+        configuration(&region.center)
+    )
+}
+
+fn certificates(file: &CertificatesFile) -> Vec<String> {
+    let mut lines = vec![count(file.regions.len(), "certificate")];
+    for certificate in &file.regions {
+        let cells = certificate.pairs.iter().flat_map(|pair| &pair.cells);
+        let leaves = cells.filter(|cell| !matches!(cell, Cell::Split { .. })).count();
+        lines.push(format!(
+            "  region {}: {} of bodies, {}",
+            certificate.region_id,
+            count(certificate.pairs.len(), "pair"),
+            count(leaves, "proven cell")
+        ));
+    }
+    lines
+}
+
+fn plan(plan: &PlanFile) -> Vec<String> {
+    let status = match plan.status {
+        PlanStatus::Optimal => "optimal",
+        PlanStatus::Feasible => "feasible",
+        PlanStatus::Infeasible => "infeasible",
+    };
+    let grasps = plan.n_grasps.map(|n| format!(", {}", count(n, "grasp"))).unwrap_or_default();
+    let cost = plan.cost.map(|c| format!(", cost {}", figure(c))).unwrap_or_default();
+    let bound = plan.lower_bound.map(|c| format!(", lower bound {}", figure(c))).unwrap_or_default();
+    let mut lines = vec![format!("{status}{grasps}{cost}{bound}")];
+    for tried in &plan.tried {
+        let status = match tried.status {
+            TriedStatus::Infeasible => "infeasible",
+            TriedStatus::Optimal => "optimal",
+            TriedStatus::Feasible => "feasible",
+            TriedStatus::Limit => "limit",
+        };
+        lines.push(format!(
+            "  ℓ = {}: {status}, {}; {}",
+            tried.n_grasps,
+            count(tried.nodes as usize, "node"),
+            tried.reason
+        ));
+    }
+    for (idx, q) in plan.configurations.iter().flatten().enumerate() {
+        let region = plan.regions.as_ref().and_then(|ids| ids.get(idx)).map(|id| format!(" in region {id}"));
+        lines.push(format!("  x_{idx} = {}{}", configuration(q), region.unwrap_or_default()));
+    }
+    lines
+}
+
+fn trajectory(file: &TrajectoryFile) -> Vec<String> {
+    let mut lines = vec![format!(
+        "{} over ({}), length {}",
+        count(file.segments.len(), "segment"),
+        file.coordinates.join(", "),
+        figure(file.length)
+    )];
+    lines.extend(file.segments.iter().enumerate().map(|(idx, one)| segment(idx, one)));
+    lines
+}
+
+fn segment(idx: usize, segment: &Segment) -> String {
+    let certified = if segment.certified { "certified" } else { "not certified" };
+    format!(
+        "  segment {idx}: {}, {}, length {} (at least {}), {certified}",
+        segment.mode.word(),
+        count(segment.pieces.len(), "piece"),
+        figure(segment.length),
+        figure(segment.lower_bound)
+    )
+}
+
+fn cut(cut: &LeafCut) -> String {
+    format!("  {}: from {:?} out through {:?}", cut.mode.word(), cut.reached, cut.exits)
+}
+
+fn configuration(q: &[f64]) -> String {
+    format!("({})", q.iter().map(|value| figure(*value)).collect::<Vec<_>>().join(", "))
+}
