@@ -13,28 +13,23 @@ const TOL_PIVOT: f64 = 1e-11;
 /// Multipliers of this size, after scaling to a largest of one, are dropped: rounding noise of the simplex.
 const TOL_MULTIPLIER: f64 = 1e-9;
 
+/// Pivots after which the search for a candidate ends. Erring side: an empty space passes.
+const MAX_PIVOTS: usize = 2000;
+
 /// The rows that contradict each other within the bounds, by their position in `Space::rows`; `None` if the
 /// space is not proven empty. Bounds are taken as ordered.
 pub fn prove_empty(space: &Space) -> Option<Vec<usize>> {
     let half_rows = half_rows(space);
-    let mut multipliers = vec![0.0; half_rows.len()];
-    for half_idx in 0..half_rows.len() {
-        multipliers[half_idx] = 1.0;
-        if proves_empty(space, &half_rows, &multipliers) {
-            return Some(vec![half_rows[half_idx].row_idx]);
-        }
-        multipliers[half_idx] = 0.0;
+    if let Some(alone) = half_rows.iter().find(|half_row| proves_empty(space, &[(half_row, 1.0)])) {
+        return Some(vec![alone.row_idx]);
     }
     let multipliers = farkas_candidate(space, &half_rows)?;
-    if !proves_empty(space, &half_rows, &multipliers) {
+    let weighted: Vec<(&HalfRow, f64)> =
+        half_rows.iter().zip(multipliers).filter(|&(_, multiplier)| multiplier > 0.0).collect();
+    if !proves_empty(space, &weighted) {
         return None;
     }
-    let mut rows: Vec<usize> = half_rows
-        .iter()
-        .zip(&multipliers)
-        .filter(|&(_, &multiplier)| multiplier > 0.0)
-        .map(|(half_row, _)| half_row.row_idx)
-        .collect();
+    let mut rows: Vec<usize> = weighted.iter().map(|(half_row, _)| half_row.row_idx).collect();
     rows.dedup();
     Some(rows)
 }
@@ -59,15 +54,15 @@ fn half_rows(space: &Space) -> Vec<HalfRow> {
     half_rows
 }
 
-/// The Farkas inequality with outward rounding.
-fn proves_empty(space: &Space, half_rows: &[HalfRow], multipliers: &[f64]) -> bool {
-    let y = || multipliers.iter().map(|&y| Enclosure::exact(y));
+/// The Farkas inequality for rows with their multipliers y_i > 0, with outward rounding.
+fn proves_empty(space: &Space, weighted: &[(&HalfRow, f64)]) -> bool {
+    let y = || weighted.iter().map(|&(_, y)| Enclosure::exact(y));
     let form = (0..space.lower.len())
-        .map(|k| Enclosure::dot(y(), half_rows.iter().map(|half_row| Enclosure::exact(half_row.g[k]))));
+        .map(|k| Enclosure::dot(y(), weighted.iter().map(|(half_row, _)| Enclosure::exact(half_row.g[k]))));
     let box_sides =
         space.lower.iter().zip(space.upper.iter()).map(|(&lower, &upper)| Enclosure { lower, upper });
     let left = Enclosure::dot(form, box_sides);
-    let right = Enclosure::dot(y(), half_rows.iter().map(|half_row| Enclosure::exact(half_row.h)));
+    let right = Enclosure::dot(y(), weighted.iter().map(|(half_row, _)| Enclosure::exact(half_row.h)));
     left.lower > right.upper
 }
 
@@ -109,8 +104,7 @@ fn farkas_candidate(space: &Space, half_rows: &[HalfRow]) -> Option<Vec<f64>> {
         return None;
     }
     simplex.pivot(entering_row, n);
-    let max_pivots = 1000 + 10 * simplex.b.len();
-    for _ in 0..max_pivots {
+    for _ in 0..MAX_PIVOTS {
         if !simplex.step() {
             break;
         }

@@ -20,6 +20,7 @@ mod reading_tasks;
 mod task;
 mod tree;
 mod urdf;
+mod xml_guard;
 
 pub use body::{Body, Shape};
 pub use collision_pair::CollisionPair;

@@ -30,10 +30,7 @@ pub fn coordinates(
             return Err(SceneError::RepeatedCoordinate { at: at(), value: name.clone() });
         }
         let joint = &movable[movable_idx];
-        let narrowed = match limits.get(&movable_idx) {
-            Some(&(spelling, range)) => Some((at_limits(spelling), *range)),
-            None => None,
-        };
+        let narrowed = limits.get(&movable_idx).map(|&(spelling, range)| (at_limits(spelling), *range));
         let in_file = || place(format!("coordinates.order[{order_idx}] \"{name}\""));
         let (at, lower, upper) = match (narrowed, joint.limits) {
             (Some((at, [lower, upper])), limits) => {

@@ -43,17 +43,12 @@ pub enum UrdfJointKind {
     Planar { normal: Unit<Vector3<f64>> },
 }
 
-/// Deepest nesting of elements that is parsed: URDF needs six, the XML parser recurses.
-const MAX_NESTING: usize = 100;
-
 /// Parses `bytes`, the content of `file`, as the model called `model`.
 pub fn parse(file: &str, model: &str, bytes: &[u8]) -> Result<UrdfTree, SceneError> {
     let text = std::str::from_utf8(bytes)
         .map_err(|error| SceneError::NotUtf8 { file: file.to_owned(), offset: error.valid_up_to() })?;
     let refuse = |message: String| SceneError::Urdf { file: file.to_owned(), message };
-    if nesting_bound(text) > MAX_NESTING {
-        return Err(refuse(format!("elements are nested more than {MAX_NESTING} deep")));
-    }
+    crate::xml_guard::check(text).map_err(refuse)?;
     let robot = urdf_rs::read_from_string(text).map_err(|error| {
         let message = error.to_string().split_whitespace().collect::<Vec<_>>().join(" ");
         // The prefix is the XML reader's name for errors that urdf-rs raises.
@@ -62,25 +57,6 @@ pub fn parse(file: &str, model: &str, bytes: &[u8]) -> Result<UrdfTree, SceneErr
     let reader = Reader { file, model };
     reader.check_names(&robot)?;
     reader.tree(&robot)
-}
-
-/// At least the depth of the elements: opening tags minus closing ones, comments counted as they come.
-fn nesting_bound(text: &str) -> usize {
-    let (mut depth, mut deepest) = (0_usize, 0_usize);
-    let bytes = text.as_bytes();
-    for position in 0..bytes.len() {
-        match (bytes[position], bytes.get(position + 1)) {
-            (b'<', Some(b'/')) => depth = depth.saturating_sub(1),
-            (b'<', Some(b'!' | b'?')) => {}
-            (b'<', Some(_)) => {
-                depth += 1;
-                deepest = deepest.max(depth);
-            }
-            (b'/', Some(b'>')) => depth = depth.saturating_sub(1),
-            _ => {}
-        }
-    }
-    deepest
 }
 
 struct Reader<'a> {

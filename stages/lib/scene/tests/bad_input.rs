@@ -365,6 +365,11 @@ fn models_are_trees() {
     refuses_urdf("joint name=\"slide\"", "joint name=\"turn\"", &["joint name = \"turn\"", "unique"]);
     refuses_urdf("<axis xyz=\"1 0 0\"/>", "<axis xyz=\"0 0 0\"/>", &["joint \"slide\" axis xyz", "not zero"]);
     refuses_urdf("lower=\"-1\" upper=\"1\"", "", &["arm.urdf: joint \"slide\" limit = [0, 0]", "widen"]);
+    refuses_urdf(
+        "xyz=\"0 0 1\" rpy",
+        "xyz=\"0 0m 0 1\" rpy",
+        &["arm.urdf", "xyz = \"0 0m 0 1\" is not three"],
+    );
     refuses_urdf("<robot name=\"arm\">", "<robot name=\"arm\"", &["arm.urdf: not a URDF"]);
 }
 

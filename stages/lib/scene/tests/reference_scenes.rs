@@ -157,6 +157,13 @@ fn iiwa14_tool_reaches_the_milestones() {
 }
 
 #[test]
+fn tiny_scenes_have_the_stated_pairs() {
+    for (name, n_pairs) in [("slider-gap", 2), ("hinge", 2), ("two-rooms", 3), ("two-rooms-closed", 3)] {
+        assert_eq!(load(name).collision_pairs().len(), n_pairs, "{name}");
+    }
+}
+
+#[test]
 fn tiny_scenes_have_their_free_share() {
     // All bodies are axis-aligned boxes that only translate: interval overlap in each axis is the truth. The
     // cells are such that every face of the free space lies between cells: the count is exact.
