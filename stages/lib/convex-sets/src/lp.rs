@@ -316,7 +316,7 @@ impl<'a> LinearProgram<'a> {
         let value = c.dot(&x);
         let bound = safe_lower_bound(c, self.A, self.b, self.lower, self.upper, &multipliers);
         // Both sides of the optimum must agree, or the last basis was too ill-conditioned to trust.
-        if value - bound > TOL_GAP * (cost_scale + value.abs()) {
+        if value - bound > TOL_GAP * (cost_scale + value.abs()).max(1e-200) {
             return LpOutcome::Undecided { x };
         }
         LpOutcome::Optimal { value, x, multipliers }
