@@ -1,1 +1,5 @@
-//! What needs more than one crate or a real process.
+//! What needs more than one crate or a real process: finding and running the programs, and sampling without them.
+
+pub mod polytope_samples;
+pub mod programs;
+pub mod scenes;
