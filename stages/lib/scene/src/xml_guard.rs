@@ -1,7 +1,8 @@
 //! What is checked in the text of a URDF before urdf-rs reads it.
 //!
 //! The XML reader recurses, so depth is bounded here; and urdf-rs leaves out what is no number in a vector, so
-//! that `"0.5m 0 0 1"` would be read as `(0, 0, 1)`.
+//! that `"0.5m 0 0 1"` would be read as `(0, 0, 1)`. A kind of joint or shape that URDF does not have is named
+//! here with its joint or link, which the reader's message does not do.
 
 /// Deepest nesting of elements that is read; URDF needs six.
 const MAX_NESTING: usize = 100;
@@ -9,17 +10,44 @@ const MAX_NESTING: usize = 100;
 /// Attributes of three numbers.
 const VECTORS: [&str; 3] = ["xyz", "rpy", "size"];
 
+/// Kinds of joints that urdf-rs reads.
+const JOINTS: [&str; 7] = ["revolute", "continuous", "prismatic", "fixed", "floating", "planar", "spherical"];
+
+/// Kinds of shapes that urdf-rs reads.
+const SHAPES: [&str; 5] = ["box", "cylinder", "capsule", "sphere", "mesh"];
+
 /// Err with a message for people if the text must not be given to the XML reader.
 pub fn check(text: &str) -> Result<(), String> {
     let mut depth = 0_usize;
     let mut rest = text;
+    let (mut link, mut in_geometry) = ("", false);
     while let Some((tag, after)) = next_tag(rest) {
         rest = after;
+        let element = tag.split(|c: char| c.is_whitespace() || c == '/').next().unwrap_or("");
+        if std::mem::replace(&mut in_geometry, element == "geometry" && !tag.ends_with('/'))
+            && !element.is_empty()
+            && !SHAPES.contains(&element)
+        {
+            return Err(format!(
+                "link `{link}` has a shape `{element}`; use box, cylinder, sphere or capsule"
+            ));
+        }
         if tag.starts_with('/') {
             depth = depth.saturating_sub(1);
             continue;
         }
-        for (name, value) in attributes(tag) {
+        let attributes = attributes(tag);
+        let find = |name: &str| attributes.iter().find(|(found, _)| *found == name).map(|(_, value)| *value);
+        match (element, find("name"), find("type")) {
+            ("link", Some(name), _) => link = name,
+            ("joint", Some(name), Some(kind)) if !JOINTS.contains(&kind) => {
+                return Err(format!(
+                    "joint `{name}` has the kind `{kind}`; use revolute, continuous, prismatic, planar or fixed"
+                ));
+            }
+            _ => {}
+        }
+        for &(name, value) in &attributes {
             let numbers = value.split_whitespace().map(str::parse::<f64>);
             if VECTORS.contains(&name)
                 && (numbers.clone().count() != 3 || numbers.clone().any(|n| n.is_err()))
@@ -102,6 +130,17 @@ mod tests {
         assert_eq!(check(&"<a>".repeat(100)), Ok(()));
         assert!(check(&flat).is_err(), "`< /a>` opens");
         assert_eq!(check(&"<a><b/></a><!-- <a> -->".repeat(1000)), Ok(()));
+    }
+
+    #[test]
+    fn unknown_kinds_are_named() {
+        let message = check("<robot><joint type='screw' name='lid'>").unwrap_err();
+        assert!(message.starts_with("joint `lid` has the kind `screw`; use revolute"), "{message}");
+        let cone = "<link name=\"hat\"><collision><geometry> <cone radius=\"1\"/></geometry>";
+        assert!(check(cone).unwrap_err().starts_with("link `hat` has a shape `cone`; use box"));
+        assert_eq!(check("<transmission><joint name='lid'/></transmission>"), Ok(()));
+        assert_eq!(check("<geometry></geometry>"), Ok(()), "left to the reader");
+        assert_eq!(check("<geometry><sphere radius='1'/></geometry>"), Ok(()));
     }
 
     #[test]
