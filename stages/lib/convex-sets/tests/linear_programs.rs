@@ -100,24 +100,14 @@ fn rows_without_coefficients() {
 #[test]
 fn fixed_coordinates_inverted_boxes_and_bad_numbers() {
     let A = DMatrix::from_row_slice(1, 2, &[1.0, 1.0]);
-    let fixed = minimize(
-        &vector(&[0.0, -1.0]),
-        &A,
-        &vector(&[1.0]),
-        &vector(&[0.25, 0.0]),
-        &vector(&[0.25, 9.0]),
-    );
+    let fixed =
+        minimize(&vector(&[0.0, -1.0]), &A, &vector(&[1.0]), &vector(&[0.25, 0.0]), &vector(&[0.25, 9.0]));
     assert!((fixed.optimal_value().unwrap() + 0.75).abs() < 1e-12);
     let inverted =
         minimize(&vector(&[0.0, 1.0]), &A, &vector(&[1.0]), &vector(&[1.0, 0.0]), &vector(&[0.0, 1.0]));
     assert!(inverted.is_infeasible());
-    let nan = minimize(
-        &vector(&[f64::NAN, 1.0]),
-        &A,
-        &vector(&[1.0]),
-        &vector(&[0.0, 0.0]),
-        &vector(&[1.0, 1.0]),
-    );
+    let nan =
+        minimize(&vector(&[f64::NAN, 1.0]), &A, &vector(&[1.0]), &vector(&[0.0, 0.0]), &vector(&[1.0, 1.0]));
     assert!(matches!(nan, LpOutcome::Undecided { .. }));
 }
 
@@ -132,8 +122,9 @@ fn units_of_the_coordinates_do_not_matter() {
     let mut A_small = A.clone();
     A_small.column_mut(1).unscale_mut(scale);
     let c_small = vector(&[-1.0, -1.0 / scale]);
-    let small =
-        minimize(&c_small, &A_small, &b, &vector(&[0.0, 0.0]), &vector(&[1.0, scale])).optimal_value().unwrap();
+    let small = minimize(&c_small, &A_small, &b, &vector(&[0.0, 0.0]), &vector(&[1.0, scale]))
+        .optimal_value()
+        .unwrap();
     assert!((plain - small).abs() < 1e-9, "{plain} {small}");
 }
 
