@@ -7,10 +7,13 @@
 //! - [`exit_code`]: how every program of the project ends.
 
 pub mod artefact;
+pub mod channel;
 pub mod container;
+pub mod domain;
 pub mod exit_code;
 pub mod join;
 pub mod json;
+pub mod message;
 pub mod stage_name;
 pub mod status;
 pub mod store;
