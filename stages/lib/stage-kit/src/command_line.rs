@@ -2,8 +2,10 @@
 
 use crate::file_mode;
 use crate::process::{Stop, StopFlag, one_line, usage, without_panic};
+use crate::serve;
 use crate::spans;
 use crate::stage::{Outcome, Stage, StageError};
+use crate::work::Finished;
 use clap::{Args, CommandFactory, FromArgMatches, Parser, Subcommand};
 use ipc_types::exit_code::ExitCode;
 use ipc_types::status::Status;
@@ -35,8 +37,17 @@ pub fn main_with<S: Stage, X: Subcommand>(
     let code = match cli.command {
         Command::Run(args) => {
             spans::collect(0);
-            let ending = file_mode::run::<S>(&args);
-            ending.report::<S>(&args, &args.out, began)
+            let mut ending = file_mode::run::<S>(&args);
+            ending.seconds = began.elapsed().as_secs_f64();
+            let code = ending.record::<S>(&args.given, &args.out, "status", "spans.jsonl");
+            say(S::NAME.executable(), code.0, &code.1);
+            code.0
+        }
+        Command::Serve(args) => {
+            spans::collect(args.worker);
+            let (code, words) = serve::serve::<S>(&args);
+            say(S::NAME.executable(), code, &words);
+            code
         }
         Command::Extra(command) => {
             let result =
@@ -88,22 +99,18 @@ struct Cli<O: Args, X: Subcommand> {
 enum Command<O: Args, X: Subcommand> {
     /// Run this stage alone on files.
     Run(RunArgs<O>),
+    /// Work for an orchestrator, over channels.
+    Serve(ServeArgs<O>),
     #[command(flatten)]
     Extra(X),
 }
 
-/// Arguments of `run`.
+/// What both modes are given.
 #[derive(Debug, Args)]
-pub(crate) struct RunArgs<O: Args> {
+pub(crate) struct GivenArgs<O: Args> {
     /// Scene folder, or its `scene.toml`.
     #[arg(long, value_name = "SCENE")]
     pub scene: PathBuf,
-    /// Run directory to read.
-    #[arg(long = "in", value_name = "DIR")]
-    pub input: Option<PathBuf>,
-    /// Folder to write.
-    #[arg(long, value_name = "DIR")]
-    pub out: PathBuf,
     /// Task of the scene; a single one needs no choice.
     #[arg(long)]
     pub task: Option<String>,
@@ -113,11 +120,43 @@ pub(crate) struct RunArgs<O: Args> {
     /// Distance to keep between bodies, metres. Default: the task's.
     #[arg(long, value_name = "M", value_parser = not_negative)]
     pub clearance: Option<f64>,
+    #[command(flatten)]
+    pub options: O,
+}
+
+/// Arguments of `run`.
+#[derive(Debug, Args)]
+pub(crate) struct RunArgs<O: Args> {
+    /// Run directory to read.
+    #[arg(long = "in", value_name = "DIR")]
+    pub input: Option<PathBuf>,
+    /// Folder to write.
+    #[arg(long, value_name = "DIR")]
+    pub out: PathBuf,
     /// Stop after this many seconds with the best result so far (exit code 3).
     #[arg(long, value_name = "SECONDS", value_parser = not_negative)]
     pub time_limit: Option<f64>,
     #[command(flatten)]
-    pub options: O,
+    pub given: GivenArgs<O>,
+}
+
+/// Arguments of `serve`.
+#[derive(Debug, Args)]
+pub(crate) struct ServeArgs<O: Args> {
+    /// Prefix of the run's iceoryx2 domain.
+    #[arg(long, value_name = "PREFIX")]
+    pub domain: String,
+    /// Run directory.
+    #[arg(long, value_name = "DIR")]
+    pub run: PathBuf,
+    /// Number of this worker.
+    #[arg(long, default_value_t = 0, value_name = "N")]
+    pub worker: u32,
+    /// Process of the orchestrator: the stage dies with it.
+    #[arg(long, value_name = "PID")]
+    pub parent: Option<u32>,
+    #[command(flatten)]
+    pub given: GivenArgs<O>,
 }
 
 fn not_negative(text: &str) -> Result<f64, String> {
@@ -174,11 +213,19 @@ pub(crate) struct Ending {
     pub result: Option<Result<Outcome, StageError>>,
     pub stop: StopFlag,
     pub scene: ServedScene,
+    pub seconds: f64,
     pub solver_calls: u64,
     pub details: BTreeMap<String, serde_json::Value>,
 }
 
 impl Ending {
+    /// Takes over what a job left.
+    pub(crate) fn add(&mut self, finished: Finished) {
+        self.result = Some(finished.result);
+        self.solver_calls += finished.solver_calls;
+        self.details = finished.details;
+    }
+
     /// The exit code, and the words for people in one line.
     pub(crate) fn verdict(&self) -> (ExitCode, String) {
         let interrupted = self.stop.reason() == Some(Stop::Interrupted);
@@ -196,38 +243,34 @@ impl Ending {
         }
     }
 
-    /// Writes `status.json` and `spans.jsonl` and tells people.
-    fn report<S: Stage>(&self, args: &RunArgs<S::Options>, folder: &Path, began: Instant) -> ExitCode {
-        let (mut code, mut words) = self.verdict();
-        let status = self.status::<S>(&args.options, args.seed, code, &words, began);
+    /// Writes `<status>.json` and the spans; the exit code and the words for people.
+    pub(crate) fn record<S: Stage>(
+        &self,
+        given: &GivenArgs<S::Options>,
+        folder: &Path,
+        status: &str,
+        spans: &str,
+    ) -> (ExitCode, String) {
+        let (code, words) = self.verdict();
         // Bad input may have left no folder, and must not make one.
         if folder.is_dir() {
-            let written = write_json(folder, "status", &status)
-                .and_then(|()| write_at_once(&folder.join("spans.jsonl"), &spans::lines()));
+            let written = write_json(folder, status, &self.status::<S>(given, code, &words))
+                .and_then(|()| write_at_once(&folder.join(spans), &spans::lines()));
             if let Err(error) = written {
-                (code, words) = (ExitCode::Failed, error.to_string());
+                return (ExitCode::Failed, error.to_string());
             }
         }
-        say(S::NAME.executable(), code, &words);
-        code
+        (code, words)
     }
 
-    /// `status.json`.
-    pub(crate) fn status<S: Stage>(
-        &self,
-        options: &S::Options,
-        seed: u64,
-        outcome: ExitCode,
-        reason: &str,
-        began: Instant,
-    ) -> Status {
+    fn status<S: Stage>(&self, given: &GivenArgs<S::Options>, outcome: ExitCode, reason: &str) -> Status {
         let used = usage();
         Status {
             stage: S::NAME.word().to_owned(),
             version: env!("CARGO_PKG_VERSION").to_owned(),
             outcome,
             reason: reason.to_owned(),
-            seconds: began.elapsed().as_secs_f64(),
+            seconds: self.seconds,
             cpu_seconds: used.cpu_seconds,
             peak_bytes: used.peak_bytes,
             processes: 1,
@@ -235,8 +278,8 @@ impl Ending {
             scene_digest: self.scene.digest.clone(),
             excluded_pairs: self.scene.excluded_pairs.clone(),
             task: self.scene.task.clone(),
-            seed,
-            options: serde_json::to_value(options).unwrap_or(serde_json::Value::Null),
+            seed: given.seed,
+            options: serde_json::to_value(&given.options).unwrap_or(serde_json::Value::Null),
             details: self.details.clone(),
         }
     }

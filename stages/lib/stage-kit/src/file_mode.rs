@@ -1,10 +1,11 @@
 //! File mode: one stage alone, from the files of a run to its own folder.
 
 use crate::command_line::{Ending, RunArgs, ServedScene};
-use crate::host::{Announcement, Carrier, Host, Progress};
+use crate::host::{Announcement, Carrier, Progress};
 use crate::inputs::{Input, Job, broken, load_artefacts, load_regions, load_scene, of_store};
-use crate::process::{StopFlag, without_panic};
+use crate::process::StopFlag;
 use crate::stage::{Stage, StageError};
+use crate::work::{Place, perform, remove_folder};
 use ipc_types::artefact::{Region, RegionsFile};
 use ipc_types::store::find_artefact;
 use ipc_types::{join, validate};
@@ -16,48 +17,30 @@ use std::time::Duration;
 /// Runs the stage on files. The ending is what `status.json` and the exit code say.
 pub(crate) fn run<S: Stage>(args: &RunArgs<S::Options>) -> Ending {
     let mut ending = Ending::default();
-    let result = StopFlag::of_process(args.time_limit.map(Duration::from_secs_f64))
-        .map_err(|error| StageError::Failed(format!("signals cannot be handled: {error}")))
-        .and_then(|stop| {
-            ending.stop = stop.clone();
-            let finished = without_panic(|| work::<S>(args, stop, &mut ending.scene))
-                .unwrap_or_else(|message| Err(StageError::Failed(message)))?;
-            ending.solver_calls = finished.solver_calls;
-            ending.details = finished.details;
-            finished.result
-        });
-    ending.result = Some(result);
+    if let Err(error) = work::<S>(args, &mut ending) {
+        ending.result = Some(Err(error));
+    }
     ending
 }
 
-/// What remains of the work once its files are written.
-struct Finished {
-    result: Result<crate::stage::Outcome, StageError>,
-    solver_calls: u64,
-    details: BTreeMap<String, serde_json::Value>,
-}
-
-fn work<S: Stage>(
-    args: &RunArgs<S::Options>,
-    stop: StopFlag,
-    served: &mut ServedScene,
-) -> Result<Finished, StageError> {
-    let input = match (&args.input, S::READS.iter().all(|read| *read == Input::Feedback)) {
-        (Some(input), _) => Some(input.as_path()),
-        (None, true) => None,
-        (None, false) => {
-            return Err(StageError::bad_input("--in: missing; give the run directory that this stage reads"));
-        }
-    };
+fn work<S: Stage>(args: &RunArgs<S::Options>, ending: &mut Ending) -> Result<(), StageError> {
+    ending.stop = StopFlag::of_process(args.time_limit.map(Duration::from_secs_f64))
+        .map_err(|error| StageError::Failed(format!("signals cannot be handled: {error}")))?;
+    let may_be_alone = S::READS.iter().all(|read| *read == Input::Feedback);
+    let input = args.input.as_deref();
+    if input.is_none() && !may_be_alone {
+        return Err(StageError::bad_input("--in: missing; give the run directory that this stage reads"));
+    }
     if let Some(input) = input.filter(|input| !input.is_dir()) {
         return Err(StageError::BadInput(format!(
             "--in {}: no such folder; give a run directory",
             input.display()
         )));
     }
-    let (scene, task) = load_scene(&args.scene, args.task.as_deref(), args.clearance)?;
-    *served = ServedScene::of(&scene, task.as_ref());
-    let mut job = Job { scene, task, seed: args.seed, regions: Vec::new(), plan: None, cuts: Vec::new() };
+    let (scene, task) = load_scene(&args.given.scene, args.given.task.as_deref(), args.given.clearance)?;
+    ending.scene = ServedScene::of(&scene, task.as_ref());
+    let mut job =
+        Job { scene, task, seed: args.given.seed, regions: Vec::new(), plan: None, cuts: Vec::new() };
     let mut carrier = FileCarrier::default();
     if let Some(input) = input {
         load_artefacts(&mut job, S::READS, input)?;
@@ -68,25 +51,14 @@ fn work<S: Stage>(
     })?;
     let parts = join::parts_folder(&args.out);
     remove_folder(&parts)?;
-
-    let mut host = Host::new(&mut carrier, stop, &args.out, job.scene.digest, job.scene.dim());
-    let result = S::default().run(&job, &args.options, &mut host);
-    let output = host.output;
-    if !matches!(result, Err(StageError::BadInput(_) | StageError::Failed(_))) {
-        output.write(S::NAME, &job, &args.out)?;
+    let place = Place { folder: &args.out, stop: &ending.stop, joins: true };
+    let finished = perform(&mut S::default(), &job, &args.given.options, &mut carrier, &place);
+    if !finished.is_broken() {
         // What the parts hold is in the joined files now.
         remove_folder(&parts)?;
     }
-    Ok(Finished { result, solver_calls: output.solver_calls, details: output.details })
-}
-
-fn remove_folder(folder: &Path) -> Result<(), StageError> {
-    match std::fs::remove_dir_all(folder) {
-        Err(error) if error.kind() != std::io::ErrorKind::NotFound => {
-            Err(StageError::Failed(format!("{}: cannot be removed: {error}", folder.display())))
-        }
-        _ => Ok(()),
-    }
+    ending.add(finished);
+    Ok(())
 }
 
 /// Answers from the files of an earlier run.

@@ -2,7 +2,6 @@
 
 use crate::inputs::Job;
 use crate::stage::StageError;
-use crate::trajectory_csv;
 use ipc_types::artefact::{
     Coverage, CutsFile, LeafCut, PlanFile, Region, RegionsFile, Segment, TrajectoryFile,
 };
@@ -51,8 +50,7 @@ impl Output {
                 match self.trajectory(job) {
                     Some(trajectory) => {
                         write_artefact(folder, "trajectory", &trajectory, digest)?;
-                        let table = trajectory_csv::table(&trajectory);
-                        write_at_once(&folder.join("trajectory.csv"), table.as_bytes())
+                        write_at_once(&folder.join("trajectory.csv"), trajectory.csv().as_bytes())
                     }
                     None => Ok(()),
                 }
