@@ -79,18 +79,29 @@ pub fn program(name: &str) -> Command {
     command
 }
 
+/// A word of a command line: text or a path.
+pub type Word<'a> = &'a dyn AsRef<OsStr>;
+
 /// Runs a program of the project to its end.
 ///
 /// # Panics
 /// If it cannot be started.
-pub fn run<A: AsRef<OsStr>>(name: &str, arguments: impl IntoIterator<Item = A>) -> Finished {
+pub fn run(name: &str, arguments: &[Word<'_>]) -> Finished {
     program(name).args(arguments).output().expect("the program was just built").into()
 }
 
 /// `regrasp plan SCENE --out OUT` and further arguments.
 pub fn plan(scene: &Path, out: &Path, further: &[&str]) -> Finished {
-    let arguments = [OsStr::new("plan"), scene.as_os_str(), OsStr::new("--out"), out.as_os_str()];
-    run("regrasp", arguments.into_iter().chain(further.iter().map(OsStr::new)))
+    let mut arguments: Vec<Word<'_>> = vec![&"plan", &scene, &"--out", &out];
+    arguments.extend(further.iter().map(|word| word as Word<'_>));
+    run("regrasp", &arguments)
+}
+
+/// `regrasp-<stage> run` on the files of `input` and further arguments.
+pub fn stage_alone(stage: &str, scene: &Path, input: &Path, out: &Path, further: &[&str]) -> Finished {
+    let mut arguments: Vec<Word<'_>> = vec![&"run", &"--scene", &scene, &"--in", &input, &"--out", &out];
+    arguments.extend(further.iter().map(|word| word as Word<'_>));
+    run(&format!("regrasp-{stage}"), &arguments)
 }
 
 /// Reads a file of a run.
