@@ -63,6 +63,8 @@ pub struct ConicProgram {
     /// Row r of A x + s = b, as terms and b.
     rows: Vec<Vec<(usize, f64)>>,
     b: Vec<f64>,
+    /// How far the true b of a row may lie from `b`, where not 0.
+    b_tolerances: Vec<(usize, f64)>,
     cones: Vec<Cone>,
 }
 
@@ -122,6 +124,19 @@ impl ConicProgram {
             self.b.push(form.constant);
         }
         first
+    }
+
+    /// Says that the true b of `row` is known only to lie within `tolerance` of the one given, because it was rounded.
+    /// The solver takes no notice; safe bounds and Farkas proofs hold for every b within.
+    pub fn set_tolerance(&mut self, row: usize, tolerance: f64) {
+        if tolerance > 0.0 {
+            self.b_tolerances.push((row, tolerance));
+        }
+    }
+
+    /// (row, tolerance of its b), for those that have one.
+    pub fn b_tolerances(&self) -> &[(usize, f64)] {
+        &self.b_tolerances
     }
 
     /// Takes the objective of `other`, a programme in the same variables; the rows stay.

@@ -9,7 +9,7 @@
 //! ```
 //!
 //! The second line is the tangent of each square at r_k, which holds for any number r_k, so that r_k needs no care.
-//! Everything else is summed with a bound on its rounding error, taken off at the end. With f = 0 a positive value
+//! A b that is known only within a tolerance costs |y| times that. Everything else is summed with a bound on its rounding error, taken off at the end. With f = 0 a positive value
 //! says that no x in the box is feasible (Farkas).
 
 use crate::program::{Cone, ConicProgram};
@@ -112,6 +112,9 @@ fn bound(
     let mut total = RoundedSum::default();
     for (&b, &y) in program.b().iter().zip(y).filter(|&(_, &y)| y != 0.0) {
         total.add_product(-b, y);
+    }
+    for &(row, tolerance) in program.b_tolerances() {
+        total.add_product(-number(y, row, 0.0).abs(), tolerance);
     }
     total.add(constant.lower());
     for (j, g) in gradient.iter().enumerate() {

@@ -72,6 +72,24 @@ fn farkas_on_both_sides_of_touching() {
     assert!(!touching(1.0 + 1e-12));
 }
 
+/// The same with b known within 1e-3: what is proven holds for every b within.
+#[test]
+fn tolerances_of_b_are_paid_for() {
+    let touching = |a: f64| {
+        let mut program = ConicProgram::new(1);
+        let row = program.add_less_equal(vec![(0, 1.0)], a);
+        program.add_less_equal(vec![(0, -1.0)], -1.0);
+        program.set_tolerance(row, 1e-3);
+        safe_farkas(&program, &[1.0, 1.0], &[-BOX], &[BOX])
+    };
+    assert!(touching(0.9989));
+    assert!(!touching(0.9991));
+    let mut program = half_plane();
+    program.set_tolerance(0, 0.5);
+    let bound = safe_lower_bound(&program, &[2.0], &[1.0, 1.0], &[-BOX; 2], &[BOX; 2]);
+    assert!(bound <= 3.0 && bound > 3.0 - 1e-12, "{bound}");
+}
+
 /// ‖(x, y)‖ ≤ 1 and x + y ≥ a: infeasible for a > √2.
 #[test]
 fn farkas_of_a_disc_and_a_half_plane() {
