@@ -1,1 +1,22 @@
 //! Certificates of freedom from collision for regions and paths.
+//!
+//! [`Certifier::certify_region`] proves a polytope of C-space free against every pair of bodies by swept hulls
+//! (mathematics.md 2.1), and cuts it where it is not; the certificate can be re-checked without a solver.
+
+mod assemble;
+mod cell;
+mod certify_region;
+mod control_net;
+mod error;
+mod guide;
+mod options;
+mod pair_model;
+mod pair_search;
+mod rows;
+mod separating_normal;
+mod side;
+mod support;
+
+pub use certify_region::{Candidate, CertifiedRegion, Certifier, CertifyOutcome, Purpose};
+pub use error::CertifyError;
+pub use options::{CertifyOptions, Method};

@@ -1,0 +1,223 @@
+//! Certifies one region against all pairs of bodies.
+//!
+//! All pairs run against the region as it came; the certified region is its intersection with their cuts, in the
+//! order of the pairs. So the result depends neither on the number of workers nor on the order in which pairs are
+//! done. Source: mathematics.md 2.1, *Order*.
+
+use crate::assemble::{Assembled, assemble};
+use crate::cell::CellBox;
+use crate::control_net::ControlNet;
+use crate::error::CertifyError;
+use crate::guide::Guide;
+use crate::options::{CertifyOptions, Method};
+use crate::pair_model::PairModel;
+use crate::pair_search::{PairOutcome, PairProof, RegionData, search};
+use crate::rows::{Multipliers, RowBound, Rows};
+use convex_sets::HPolyhedron;
+use ipc_types::artefact::RegionCertificate;
+use nalgebra::DVector;
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+use scene::{CollisionPair, Scene};
+
+/// A polytope of C-space that is believed to be free.
+#[derive(Debug, Clone)]
+pub struct Candidate {
+    /// Its id; also the stream of random numbers.
+    pub region_id: u64,
+    /// Unit rows that include the joint limits.
+    pub polyhedron: HPolyhedron,
+    /// A point strictly inside.
+    pub center: DVector<f64>,
+}
+
+/// What the regions are for.
+#[derive(Debug, Clone, Default)]
+pub struct Purpose {
+    /// Spaces whose volume counts as well as the region's: CG, and CP where it is not the joint box.
+    pub spaces: Vec<HPolyhedron>,
+    /// Configurations that cuts must not remove: start and goal.
+    pub keep: Vec<DVector<f64>>,
+}
+
+/// A certified region.
+#[derive(Debug, Clone)]
+pub struct CertifiedRegion {
+    /// The polytope; unit rows that include the joint limits.
+    pub polyhedron: HPolyhedron,
+    /// A point strictly inside.
+    pub center: DVector<f64>,
+    /// Why it is free; `region_id` is the candidate's.
+    pub certificate: RegionCertificate,
+    /// Share of the candidate's volume that is left, estimated from samples.
+    pub volume_kept: f64,
+    /// Cells tried, over all pairs.
+    pub n_cells: u64,
+    /// Cuts made, over all pairs.
+    pub n_cuts: usize,
+}
+
+/// What became of a candidate.
+#[derive(Debug, Clone)]
+pub enum CertifyOutcome {
+    /// Certified, perhaps smaller.
+    Certified(Box<CertifiedRegion>),
+    /// Not certified in one piece.
+    Rejected {
+        /// The pair that was not proven apart.
+        pair: CollisionPair,
+        /// Around which configuration.
+        configuration: Vec<f64>,
+        /// Why, in words.
+        reason: String,
+    },
+    /// The budget of cells ended before the proof.
+    Limit {
+        /// The pair.
+        pair: CollisionPair,
+        /// Cells it used.
+        n_cells: u64,
+    },
+    /// The caller asked to stop.
+    Stopped,
+}
+
+/// The pairs of a scene, ready to certify regions.
+#[derive(Debug, Clone)]
+pub struct Certifier {
+    pairs: Vec<PairModel>,
+    limits: CellBox,
+    options: CertifyOptions,
+    seed: u64,
+}
+
+/// Bounds of the region are moved outwards by this share of the range, so that multipliers prove them.
+const BOUND_SLACK: f64 = 1e-7;
+
+impl Certifier {
+    /// All pairs of `scene`, each with the distance that `clearance` asks of it.
+    pub fn new(
+        scene: &Scene,
+        clearance: impl Fn(CollisionPair) -> f64,
+        options: &CertifyOptions,
+        seed: u64,
+    ) -> Result<Self, CertifyError> {
+        if options.method == Method::Sos {
+            return Err(CertifyError::MethodNotAvailable);
+        }
+        options.validate()?;
+        let pairs = scene.collision_pairs();
+        Ok(Self {
+            pairs: pairs.into_iter().map(|pair| PairModel::new(scene, pair, clearance(pair))).collect(),
+            limits: CellBox {
+                lower: scene.lower().iter().copied().collect(),
+                upper: scene.upper().iter().copied().collect(),
+            },
+            options: options.clone(),
+            seed,
+        })
+    }
+
+    /// The pairs, sorted.
+    pub fn pairs(&self) -> impl Iterator<Item = CollisionPair> + '_ {
+        self.pairs.iter().map(|model| model.pair)
+    }
+
+    /// Certifies `candidate`, cutting it where needed. `is_stopped` is asked now and then.
+    pub fn certify_region(
+        &self,
+        candidate: &Candidate,
+        purpose: &Purpose,
+        is_stopped: &dyn Fn() -> bool,
+    ) -> Result<CertifyOutcome, CertifyError> {
+        self.validate(candidate)?;
+        let mut rng = ChaCha8Rng::seed_from_u64(self.seed);
+        rng.set_stream(candidate.region_id);
+        let rows = Rows::new(&candidate.polyhedron);
+        let bounds = self.bounds(&rows);
+        let n_samples = if self.options.cuts_allowed() { self.options.guide_samples } else { 0 };
+        let guide =
+            Guide::new(&candidate.polyhedron, &candidate.center, &purpose.spaces, n_samples, &mut rng);
+        let center: Vec<f64> = candidate.center.iter().copied().collect();
+        let keep: Vec<Vec<f64>> = purpose
+            .keep
+            .iter()
+            .filter(|q| candidate.polyhedron.contains(q, 0.0))
+            .map(|q| q.iter().copied().collect())
+            .collect();
+        let region = RegionData {
+            rows: &rows,
+            limits: &self.limits,
+            bounds: &bounds,
+            center: &center,
+            keep: &keep,
+            guide: &guide,
+        };
+        let mut net = ControlNet::default();
+        let mut proofs: Vec<PairProof> = Vec::with_capacity(self.pairs.len());
+        for model in &self.pairs {
+            let pair = model.pair;
+            match search(model, &region, &self.options, &mut net, is_stopped) {
+                PairOutcome::Proof(proof) => proofs.push(proof),
+                PairOutcome::Failed { configuration, reason } => {
+                    return Ok(CertifyOutcome::Rejected { pair, configuration, reason });
+                }
+                PairOutcome::Limit { n_cells } => return Ok(CertifyOutcome::Limit { pair, n_cells }),
+                PairOutcome::Stopped => return Ok(CertifyOutcome::Stopped),
+            }
+        }
+        let mut kept = guide;
+        for (a, b) in proofs.iter().flat_map(|proof| &proof.cuts) {
+            kept.cut(a, *b);
+        }
+        let n_cells = proofs.iter().map(|proof| proof.n_tried).sum();
+        let n_cuts = proofs.iter().map(|proof| proof.cuts.len()).sum();
+        let Assembled { polyhedron, rows, pairs } = assemble(&rows, &self.limits, &self.pairs, proofs);
+        Ok(CertifyOutcome::Certified(Box::new(CertifiedRegion {
+            polyhedron,
+            center: candidate.center.clone(),
+            certificate: RegionCertificate { region_id: candidate.region_id, rows, pairs },
+            volume_kept: kept.kept(),
+            n_cells,
+            n_cuts,
+        })))
+    }
+
+    fn validate(&self, candidate: &Candidate) -> Result<(), CertifyError> {
+        let refuse = |problem: String| Err(CertifyError::Region { region_id: candidate.region_id, problem });
+        let n = self.limits.lower.len();
+        let P = &candidate.polyhedron;
+        if P.ambient_dimension() != n || candidate.center.len() != n || P.A.nrows() != P.b.len() {
+            return refuse(format!("it has {} coordinates, the scene has {n}", P.ambient_dimension()));
+        }
+        if !P.A.iter().chain(&P.b).chain(&candidate.center).all(|v| v.is_finite()) {
+            return refuse("it has a number that is not finite".to_owned());
+        }
+        for i in 0..P.n_faces() {
+            let slack = P.b[i] - P.A.row(i).transpose().dot(&candidate.center);
+            if !(slack > 0.0) {
+                return refuse(format!("its centre is not strictly inside: face {i} has slack {slack:e}"));
+            }
+        }
+        for j in 0..n {
+            let q = candidate.center[j];
+            if !(self.limits.lower[j] <= q && q <= self.limits.upper[j]) {
+                return refuse(format!("its centre has {q} at coordinate {j}, outside the joint limits"));
+            }
+        }
+        Ok(())
+    }
+
+    /// For each coordinate what the rows imply on both sides, where that is inside the joint limits.
+    fn bounds(&self, rows: &Rows) -> Vec<[Option<(f64, Multipliers)>; 2]> {
+        let n = self.limits.lower.len();
+        let bound = |j: usize, sign: f64| {
+            let mut g = vec![0.0; n];
+            g[j] = sign;
+            let RowBound::Bound { value, multipliers } = rows.minimize(&self.limits, &g) else { return None };
+            let slack = BOUND_SLACK * (self.limits.upper[j] - self.limits.lower[j]);
+            (!multipliers.is_empty()).then(|| (self.limits.center(j) + sign * (value - slack), multipliers))
+        };
+        (0..n).map(|j| [bound(j, 1.0), bound(j, -1.0)]).collect()
+    }
+}

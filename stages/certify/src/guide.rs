@@ -1,0 +1,137 @@
+//! Samples by which the loss of a cut is judged.
+//!
+//! Uniform samples of the region and of its intersections with the spaces of the task: the grasp band is a thin slab,
+//! and a cut that costs little of the region can cost all of the band. They guide, they prove nothing.
+
+use convex_sets::HPolyhedron;
+use nalgebra::DVector;
+use rand::RngExt;
+use rand_chacha::ChaCha8Rng;
+
+/// Samples of one set.
+#[derive(Debug, Clone)]
+pub struct Stratum {
+    /// Samples that are left, one after the other [n each].
+    points: Vec<f64>,
+    n: usize,
+    n_initial: usize,
+}
+
+/// The samples of all sets.
+#[derive(Debug, Clone)]
+pub struct Guide {
+    strata: Vec<Stratum>,
+}
+
+impl Guide {
+    /// `n_samples` of `region` from its inner point `center`, and as many of its intersection with each of `spaces`.
+    pub fn new(
+        region: &HPolyhedron,
+        center: &DVector<f64>,
+        spaces: &[HPolyhedron],
+        n_samples: usize,
+        rng: &mut ChaCha8Rng,
+    ) -> Self {
+        let mut strata = vec![Stratum::sample(region, center, n_samples, rng)];
+        for space in spaces {
+            let both = region.intersection(space);
+            if let Ok(ball) = both.interior_point() {
+                strata.push(Stratum::sample(&both, &ball.center, n_samples, rng));
+            }
+        }
+        Self { strata }
+    }
+
+    /// Whether the cut a·q ≤ b loses at most the share `loss` of the initial samples in each stratum.
+    pub fn allows(&self, a: &[f64], b: f64, loss: f64) -> bool {
+        self.strata.iter().all(|stratum| {
+            let limit = (loss * stratum.n_initial as f64) as usize;
+            stratum.n_lost(a, b) <= limit
+        })
+    }
+
+    /// The largest share of samples, of all that a stratum began with, that the cut loses.
+    pub fn loss(&self, a: &[f64], b: f64) -> f64 {
+        let share = |s: &Stratum| s.n_lost(a, b) as f64 / s.n_initial.max(1) as f64;
+        self.strata.iter().map(share).fold(0.0, f64::max)
+    }
+
+    /// Removes the samples that the cut loses.
+    pub fn cut(&mut self, a: &[f64], b: f64) {
+        for stratum in &mut self.strata {
+            let n = stratum.n;
+            let kept = stratum.points.chunks_exact(n).filter(|q| dot(a, q) <= b).flatten().copied().collect();
+            stratum.points = kept;
+        }
+    }
+
+    /// The least share of the initial samples that is left, over the strata.
+    pub fn least_kept(&self) -> f64 {
+        self.strata.iter().map(Stratum::kept).fold(1.0, f64::min)
+    }
+
+    /// The share that is left of the region's own samples.
+    pub fn kept(&self) -> f64 {
+        self.strata.first().map_or(1.0, Stratum::kept)
+    }
+}
+
+impl Stratum {
+    fn sample(set: &HPolyhedron, from: &DVector<f64>, n_samples: usize, rng: &mut ChaCha8Rng) -> Self {
+        let (m, n) = (set.n_faces(), set.ambient_dimension());
+        let rows: Vec<f64> = (0..m).flat_map(|i| set.A.row(i).iter().copied().collect::<Vec<_>>()).collect();
+        let mut q: Vec<f64> = from.iter().copied().collect();
+        let mut slack: Vec<f64> = (0..m).map(|i| set.b[i] - dot(&rows[i * n..(i + 1) * n], &q)).collect();
+        let mut points = Vec::with_capacity(n_samples * n);
+        let half = set.bounding_box().map_or_else(|_| DVector::from_element(n, 1.0), |b| b.half_widths());
+        let mut direction = vec![0.0; n];
+        let mut speeds = vec![0.0; m];
+        for step in 0..(n_samples + N_BURN_IN) * N_THINNING {
+            for (d, h) in direction.iter_mut().zip(&half) {
+                *d = h * (rng.random::<f64>() + rng.random::<f64>() + rng.random::<f64>() - 1.5);
+            }
+            let (mut least, mut most) = (f64::NEG_INFINITY, f64::INFINITY);
+            for i in 0..m {
+                speeds[i] = dot(&rows[i * n..(i + 1) * n], &direction);
+                let t = slack[i].max(0.0) / speeds[i];
+                if speeds[i] > 0.0 {
+                    most = most.min(t);
+                } else if speeds[i] < 0.0 {
+                    least = least.max(t);
+                }
+            }
+            if !(least <= most && least.is_finite() && most.is_finite()) {
+                continue;
+            }
+            let t = least + (most - least) * rng.random::<f64>();
+            for (q, d) in q.iter_mut().zip(&direction) {
+                *q += t * d;
+            }
+            for (slack, speed) in slack.iter_mut().zip(&speeds) {
+                *slack -= t * speed;
+            }
+            if step % N_THINNING == 0 && step >= N_BURN_IN * N_THINNING {
+                points.extend_from_slice(&q);
+            }
+        }
+        let n_initial = points.len() / n.max(1);
+        Self { points, n, n_initial }
+    }
+
+    fn n_lost(&self, a: &[f64], b: f64) -> usize {
+        self.points.chunks_exact(self.n).filter(|q| dot(a, q) > b).count()
+    }
+
+    fn kept(&self) -> f64 {
+        if self.n_initial == 0 { 1.0 } else { (self.points.len() / self.n) as f64 / self.n_initial as f64 }
+    }
+}
+
+/// Steps of hit-and-run between two samples.
+const N_THINNING: usize = 4;
+/// Samples that are thrown away at first.
+const N_BURN_IN: usize = 50;
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}

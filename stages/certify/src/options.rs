@@ -1,0 +1,104 @@
+//! Options of the stage.
+
+use crate::error::CertifyError;
+use serde::{Deserialize, Serialize};
+
+/// Kind of certificate.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, clap::ValueEnum)]
+#[serde(rename_all = "lowercase")]
+pub enum Method {
+    /// Swept hulls in C-space (mathematics.md 2.1).
+    #[default]
+    Swept,
+    /// Sums of squares in TC-space (mathematics.md 2.2); not available yet.
+    Sos,
+}
+
+/// Options of the certifier. Budgets count cells, never seconds: the result depends on nothing else.
+#[derive(Debug, Clone, PartialEq, clap::Args, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct CertifyOptions {
+    /// Kind of certificate.
+    #[arg(long, value_enum, default_value_t = Method::Swept)]
+    pub method: Method,
+    /// Samples by which the loss of a cut is judged, for each of region, grasp space and placement space. Larger:
+    /// smaller losses are seen, more time.
+    #[arg(long, default_value_t = 4000)]
+    pub guide_samples: usize,
+    /// Share of the samples that a cut may lose at first. Larger: fewer cells, less volume.
+    #[arg(long, default_value_t = 3e-5)]
+    pub first_cut_loss: f64,
+    /// Share of the samples that a cut may lose at most; it doubles from the first share up to here. 0: no cut is
+    /// made, and a region that needs one is rejected.
+    #[arg(long, default_value_t = 1e-3)]
+    pub max_cut_loss: f64,
+    /// Cells of a pair after which the share of a cut doubles. Larger: more time, more volume.
+    #[arg(long, default_value_t = 2000)]
+    pub cells_per_doubling: u64,
+    /// Share of the samples that a cut may lose where a cell is thin (see `thin`).
+    #[arg(long, default_value_t = 0.02)]
+    pub max_thin_cut_loss: f64,
+    /// Displacement of the bodies over a cell, metres, below which it is thin.
+    #[arg(long, default_value_t = 1e-3)]
+    pub thin: f64,
+    /// Displacement of the bodies over a cell, metres, below which it is given up: any cut that keeps the centre is
+    /// made, and if there is none, the region is rejected.
+    #[arg(long, default_value_t = 1e-5)]
+    pub give_up: f64,
+    /// Gap that a cut leaves between the bodies, metres. Larger: sturdier against rounding, less volume.
+    #[arg(long, default_value_t = 1e-7)]
+    pub cut_margin: f64,
+    /// Share of a region's samples that must remain, or it is rejected.
+    #[arg(long, default_value_t = 0.25)]
+    pub min_kept: f64,
+    /// Cells that a pair may use in one region before it is given up.
+    #[arg(long, default_value_t = 2_000_000)]
+    pub max_cells: u64,
+}
+
+impl Default for CertifyOptions {
+    fn default() -> Self {
+        Self {
+            method: Method::Swept,
+            guide_samples: 4000,
+            first_cut_loss: 3e-5,
+            max_cut_loss: 1e-3,
+            cells_per_doubling: 2000,
+            max_thin_cut_loss: 0.02,
+            thin: 1e-3,
+            give_up: 1e-5,
+            cut_margin: 1e-7,
+            min_kept: 0.25,
+            max_cells: 2_000_000,
+        }
+    }
+}
+
+impl CertifyOptions {
+    /// Whether all values make sense.
+    pub fn validate(&self) -> Result<(), CertifyError> {
+        let shares = [
+            ("first-cut-loss", self.first_cut_loss),
+            ("max-cut-loss", self.max_cut_loss),
+            ("max-thin-cut-loss", self.max_thin_cut_loss),
+            ("min-kept", self.min_kept),
+        ];
+        for (option, value) in shares {
+            if !(0.0..=1.0).contains(&value) {
+                return Err(CertifyError::Option { option, value, remedy: "give a share between 0 and 1" });
+            }
+        }
+        let lengths = [("thin", self.thin), ("give-up", self.give_up), ("cut-margin", self.cut_margin)];
+        for (option, value) in lengths {
+            if !(value > 0.0 && value.is_finite()) {
+                return Err(CertifyError::Option { option, value, remedy: "give a positive length in metres" });
+            }
+        }
+        Ok(())
+    }
+
+    /// Whether regions may be cut.
+    pub fn cuts_allowed(&self) -> bool {
+        self.max_cut_loss > 0.0
+    }
+}

@@ -1,0 +1,419 @@
+//! The tree of cells that certifies one pair of bodies on a region.
+//!
+//! Cells are tried largest first. A cell that has no plane costs the region a face where that is cheap (the
+//! half-space on which its plane separates, or a face of the region moved inwards), and is split otherwise.
+//! Source: mathematics.md 2.1, certificates.md section 4.
+
+use crate::cell::{CellBox, CellTree};
+use crate::control_net::{ControlNet, MAX_HALF_ANGLE};
+use crate::guide::Guide;
+use crate::options::CertifyOptions;
+use crate::pair_model::{PairModel, Plane};
+use crate::rows::{Multipliers, RowBound, Rows};
+use ipc_types::artefact::Cell;
+use std::cmp::Ordering;
+use std::collections::BinaryHeap;
+
+/// What all pairs of a region share.
+#[derive(Debug)]
+pub struct RegionData<'a> {
+    /// Rows of the region as it came.
+    pub rows: &'a Rows,
+    /// Joint limits.
+    pub limits: &'a CellBox,
+    /// For each coordinate the proven lower and upper bound of the region and why, where it is inside the limits.
+    pub bounds: &'a [[Option<(f64, Multipliers)>; 2]],
+    /// A point of the region that stays.
+    pub center: &'a [f64],
+    /// Further points that stay.
+    pub keep: &'a [Vec<f64>],
+    /// Samples by which cuts are judged.
+    pub guide: &'a Guide,
+}
+
+/// A pair certified on what its cuts leave of the region.
+#[derive(Debug, Clone)]
+pub struct PairProof {
+    /// The tree in preorder; multipliers index the region's rows, then `cuts`.
+    pub cells: Vec<Cell>,
+    /// Rows (a, b) to add to the region.
+    pub cuts: Vec<(Vec<f64>, f64)>,
+    /// Cells that were tried.
+    pub n_tried: u64,
+}
+
+/// How the search for one pair ended.
+#[derive(Debug, Clone)]
+pub enum PairOutcome {
+    /// Certified.
+    Proof(PairProof),
+    /// Not certified: the cell around `configuration` has no plane and may not be cut away.
+    Failed {
+        /// Centre of the cell.
+        configuration: Vec<f64>,
+        /// Why, in words.
+        reason: String,
+    },
+    /// The budget of cells is used up.
+    Limit {
+        /// Cells tried.
+        n_cells: u64,
+    },
+    /// The caller asked to stop.
+    Stopped,
+}
+
+struct Waiting {
+    size: f64,
+    node: usize,
+    cell: CellBox,
+}
+
+impl PartialEq for Waiting {
+    fn eq(&self, other: &Self) -> bool {
+        self.cmp(other) == Ordering::Equal
+    }
+}
+impl Eq for Waiting {}
+impl PartialOrd for Waiting {
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+impl Ord for Waiting {
+    /// Largest first, of equal ones the first made.
+    fn cmp(&self, other: &Self) -> Ordering {
+        self.size.total_cmp(&other.size).then(other.node.cmp(&self.node))
+    }
+}
+
+/// A half-width of an angle from which a cell is split untested: its control net is too wide to be of use.
+const SPLIT_HALF_ANGLE: f64 = 0.7;
+/// Nets up to this many rows are cheap: all frames are tried, not only the best.
+const CHEAP_NET: usize = 100;
+/// A cell is contracted by a row if that takes away this share of a width.
+const MIN_CONTRACTION: f64 = 0.2;
+
+struct Search<'a> {
+    model: &'a PairModel,
+    region: &'a RegionData<'a>,
+    options: &'a CertifyOptions,
+    rows: Rows,
+    guide: Guide,
+    frame_order: Vec<usize>,
+    tree: CellTree,
+    queue: BinaryHeap<Waiting>,
+    n_tried: u64,
+}
+
+/// Certifies the pair of `model` on the region, cutting where needed.
+pub fn search(
+    model: &PairModel,
+    region: &RegionData<'_>,
+    options: &CertifyOptions,
+    net: &mut ControlNet,
+    is_stopped: &dyn Fn() -> bool,
+) -> PairOutcome {
+    let mut search = Search {
+        model,
+        region,
+        options,
+        rows: region.rows.clone(),
+        guide: region.guide.clone(),
+        frame_order: Vec::new(),
+        tree: CellTree::new(),
+        queue: BinaryHeap::new(),
+        n_tried: 0,
+    };
+    if model.gap(region.center) <= model.clearance {
+        let reason = "no plane separates the bodies at the centre of the region".to_owned();
+        return PairOutcome::Failed { configuration: region.center.to_vec(), reason };
+    }
+    search.begin(net);
+    if search.frame_order.is_empty() {
+        let reason = format!("more than {} joints turn between the bodies", 2 * crate::pair_model::MAX_TURNS);
+        return PairOutcome::Failed { configuration: region.center.to_vec(), reason };
+    }
+    while let Some(Waiting { node, cell, .. }) = search.queue.pop() {
+        search.n_tried += 1;
+        if search.n_tried > options.max_cells {
+            return PairOutcome::Limit { n_cells: options.max_cells };
+        }
+        if search.n_tried % 256 == 0 && is_stopped() {
+            return PairOutcome::Stopped;
+        }
+        if let Err(reason) = search.treat(net, node, cell.clone()) {
+            return PairOutcome::Failed { configuration: cell.centers(), reason };
+        }
+    }
+    let n_base = region.rows.len();
+    let cuts = (n_base..search.rows.len()).map(|i| (search.rows.a[i].clone(), search.rows.b[i])).collect();
+    match search.tree.preorder() {
+        Some(cells) => PairOutcome::Proof(PairProof { cells, cuts, n_tried: search.n_tried }),
+        // The queue is empty only when every cell is closed.
+        None => PairOutcome::Limit { n_cells: search.n_tried },
+    }
+}
+
+impl Search<'_> {
+    /// The box of joint limits, shrunk to the region's bounding box; and the order of the frames.
+    fn begin(&mut self, net: &mut ControlNet) {
+        let mut cell = self.region.limits.clone();
+        let mut node = 0;
+        for &j in &self.model.coordinates {
+            for side in 0..2 {
+                let Some((at, multipliers)) = &self.region.bounds[j][side] else { continue };
+                (node, cell) = self.trim(node, cell, j, *at, side == 0, multipliers);
+            }
+        }
+        let samples: Vec<CellBox> = [0.05, 0.25].iter().map(|share| self.around_center(&cell, *share)).collect();
+        self.frame_order = self.model.frame_order(net, &samples);
+        let size = self.model.size(&cell);
+        self.queue.push(Waiting { size, node, cell });
+    }
+
+    /// A cell about the region's centre with the given share of the widths of `cell`.
+    fn around_center(&self, cell: &CellBox, share: f64) -> CellBox {
+        let mut around = cell.clone();
+        for &j in &self.model.coordinates {
+            let half = (share * cell.half(j)).min(MAX_HALF_ANGLE);
+            around.lower[j] = self.region.center[j] - half;
+            around.upper[j] = self.region.center[j] + half;
+        }
+        around
+    }
+
+    /// Cuts the part of `cell` below (or above) `q_j = at` off as empty, if the multipliers prove that it is.
+    fn trim(
+        &mut self,
+        node: usize,
+        cell: CellBox,
+        j: usize,
+        at: f64,
+        below: bool,
+        multipliers: &Multipliers,
+    ) -> (usize, CellBox) {
+        if !(cell.lower[j] < at && at < cell.upper[j]) {
+            return (node, cell);
+        }
+        let (mut empty, mut rest) = (cell.clone(), cell.clone());
+        if below {
+            (empty.upper[j], rest.lower[j]) = (at, at);
+        } else {
+            (empty.lower[j], rest.upper[j]) = (at, at);
+        }
+        if !self.rows.excludes(&empty, multipliers) {
+            return (node, cell);
+        }
+        let [lower, upper] = self.tree.split(node, j, at);
+        let (empty_node, rest_node) = if below { (lower, upper) } else { (upper, lower) };
+        self.tree.close(empty_node, Cell::Empty { multipliers: multipliers.clone() });
+        (rest_node, rest)
+    }
+
+    /// Closes the cell by a leaf, with or without a cut, or splits it.
+    fn treat(&mut self, net: &mut ControlNet, node: usize, cell: CellBox) -> Result<(), String> {
+        let Some((node, cell)) = self.contract(node, cell) else { return Ok(()) };
+        if let Some(j) = self.too_wide(&cell) {
+            self.split(node, cell, j);
+            return Ok(());
+        }
+        let n_frames = match self.model.net_rows(self.frame_order[0]) <= CHEAP_NET {
+            true => self.frame_order.len(),
+            false => 1,
+        };
+        let mut best: Option<(f64, usize, Plane, Multipliers)> = None;
+        for position in 0..n_frames {
+            let frame_idx = self.frame_order[position];
+            let plane = self.model.plane(net, frame_idx, &cell);
+            if plane.kappa[0] > self.model.demand() {
+                self.close(node, frame_idx, &plane, false, Vec::new());
+                return Ok(());
+            }
+            match self.rows.minimize(&cell, &plane.g) {
+                RowBound::Empty(multipliers) => {
+                    self.tree.close(node, Cell::Empty { multipliers });
+                    return Ok(());
+                }
+                RowBound::Bound { value, multipliers } => {
+                    let gap = plane.kappa[1] + value;
+                    if gap > self.model.demand() {
+                        self.close(node, frame_idx, &plane, true, multipliers);
+                        return Ok(());
+                    }
+                    if best.as_ref().is_none_or(|(most, ..)| gap > *most) {
+                        best = Some((gap, frame_idx, plane, multipliers));
+                    }
+                }
+            }
+        }
+        // At least one frame was tried.
+        let Some((gap, frame_idx, plane, multipliers)) = best else { return Err("no frame".to_owned()) };
+        let displacement = self.model.displacement(&cell);
+        if self.options.cuts_allowed() {
+            let loss = self.allowed_loss(displacement);
+            if self.cut(node, &cell, frame_idx, &plane, &multipliers, gap, loss) {
+                return Ok(());
+            }
+        }
+        if displacement < self.options.give_up {
+            let what = if self.options.cuts_allowed() { "no cut keeps the centre" } else { "cuts are forbidden" };
+            return Err(format!("no plane separates the bodies around it, and {what}"));
+        }
+        match self.model.split_coordinate(frame_idx, &cell, &plane) {
+            Some(j) if cell.lower[j] < cell.center(j) && cell.center(j) < cell.upper[j] => {
+                self.split(node, cell, j);
+                Ok(())
+            }
+            _ => Err("no plane separates the bodies around it, and the cell cannot be split".to_owned()),
+        }
+    }
+
+    /// The widest angle of the pair, measured by displacement, among those too wide for a control net.
+    fn too_wide(&self, cell: &CellBox) -> Option<usize> {
+        let model = self.model;
+        let mut widest: Option<(f64, usize)> = None;
+        for (k, &j) in model.coordinates.iter().enumerate() {
+            let width = cell.half(j) * model.levers[k];
+            if model.is_angle[k]
+                && cell.half(j) > SPLIT_HALF_ANGLE
+                && widest.is_none_or(|(most, _)| width > most)
+            {
+                widest = Some((width, j));
+            }
+        }
+        widest.map(|(_, j)| j)
+    }
+
+    fn split(&mut self, node: usize, cell: CellBox, j: usize) {
+        let at = cell.center(j);
+        let nodes = self.tree.split(node, j, at);
+        let (mut lower, mut upper) = (cell.clone(), cell);
+        lower.upper[j] = at;
+        upper.lower[j] = at;
+        for (node, cell) in nodes.into_iter().zip([lower, upper]) {
+            self.queue.push(Waiting { size: self.model.size(&cell), node, cell });
+        }
+    }
+
+    fn close(
+        &mut self,
+        node: usize,
+        frame_idx: usize,
+        plane: &Plane,
+        with_row: bool,
+        multipliers: Multipliers,
+    ) {
+        let entries = plane.g.iter().enumerate().filter(|(_, g)| with_row && **g != 0.0);
+        let g = entries.map(|(j, &g)| (j as u16, g)).collect();
+        let normal = plane.n.into();
+        self.tree.close(node, Cell::Separated { frame: frame_idx as u16, normal, g, multipliers });
+    }
+
+    /// Contracts the cell by single rows, where that takes much away; `None` if a row excludes it all.
+    fn contract(&mut self, mut node: usize, mut cell: CellBox) -> Option<(usize, CellBox)> {
+        let n = cell.lower.len();
+        for position in 0..self.rows.active().len() {
+            let row = self.rows.active()[position];
+            let (a, b) = (self.rows.a[row as usize].clone(), self.rows.b[row as usize]);
+            let least: f64 = (0..n).map(|j| (a[j] * cell.lower[j]).min(a[j] * cell.upper[j])).sum();
+            let room = b - least;
+            if room < 0.0 && self.rows.excludes(&cell, &[(row, 1.0)]) {
+                self.tree.close(node, Cell::Empty { multipliers: vec![(row, 1.0)] });
+                return None;
+            }
+            for k in 0..self.model.coordinates.len() {
+                let j = self.model.coordinates[k];
+                let width = cell.upper[j] - cell.lower[j];
+                // Along coordinate j the row leaves `room / |a_j|` of the width.
+                if !(a[j].abs() * width * (1.0 - MIN_CONTRACTION) > room) || !(room >= 0.0) {
+                    continue;
+                }
+                let left = (room / a[j].abs()) + 1e-7 * width;
+                let (at, below) =
+                    if a[j] > 0.0 { (cell.lower[j] + left, false) } else { (cell.upper[j] - left, true) };
+                (node, cell) = self.trim(node, cell, j, at, below, &vec![(row, 1.0)]);
+            }
+        }
+        Some((node, cell))
+    }
+
+    /// Share of the samples that a cut for a cell of this displacement may lose now.
+    fn allowed_loss(&self, displacement: f64) -> f64 {
+        let options = self.options;
+        if displacement < options.give_up {
+            1.0 - options.min_kept
+        } else if displacement < options.thin {
+            options.max_thin_cut_loss.max(options.max_cut_loss)
+        } else {
+            let doublings = (self.n_tried / options.cells_per_doubling.max(1)).min(60);
+            (options.first_cut_loss * 2_f64.powi(doublings as i32)).min(options.max_cut_loss)
+        }
+    }
+
+    /// Closes the cell by cutting the region, if a cut keeps what it must and loses at most the share `loss`.
+    #[allow(clippy::too_many_arguments)]
+    fn cut(
+        &mut self,
+        node: usize,
+        cell: &CellBox,
+        frame_idx: usize,
+        plane: &Plane,
+        multipliers: &Multipliers,
+        gap: f64,
+        loss: f64,
+    ) -> bool {
+        let demand = self.model.clearance + self.options.cut_margin.max(2.0 * self.model.margin);
+        let mut candidates: Vec<(Vec<f64>, f64, Option<u32>, Multipliers)> = Vec::new();
+        // A face that the bound leans on, moved inwards until the gap is there.
+        for (position, &(row, mu)) in multipliers.iter().enumerate() {
+            let shift = (demand - gap) / mu;
+            let b = self.rows.b[row as usize] - shift;
+            let mut moved = multipliers.clone();
+            moved[position].0 = self.rows.len() as u32;
+            candidates.push((self.rows.a[row as usize].clone(), b, Some(row), moved));
+        }
+        // The half-space of the plane: g·δ ≥ demand − κ.
+        let norm = plane.g.iter().map(|g| g * g).sum::<f64>().sqrt();
+        if norm > 0.0 {
+            let at_center: f64 = plane.g.iter().enumerate().map(|(j, g)| g * cell.center(j)).sum();
+            let a: Vec<f64> = plane.g.iter().map(|g| -g / norm).collect();
+            let b = (plane.kappa[1] - demand - at_center) / norm;
+            candidates.push((a, b, None, vec![(self.rows.len() as u32, norm)]));
+        }
+        candidates.retain(|(a, b, ..)| self.keeps(a, *b) && self.guide.allows(a, *b, loss));
+        // Moved faces come first: of cuts that lose the same they leave fewer faces.
+        let losses: Vec<f64> = candidates.iter().map(|(a, b, ..)| self.guide.loss(a, *b)).collect();
+        let mut order: Vec<usize> = (0..candidates.len()).collect();
+        order.sort_by(|&i, &k| losses[i].total_cmp(&losses[k]).then(i.cmp(&k)));
+        for i in order {
+            let (a, b, superseded, multipliers) = candidates[i].clone();
+            let mut rows = self.rows.clone();
+            rows.push(a.clone(), b, superseded);
+            let bound = rows.bound(cell, &plane.g, &multipliers);
+            if plane.kappa[1] + bound > self.model.demand() {
+                self.rows = rows;
+                self.guide.cut(&a, b);
+                self.close(node, frame_idx, plane, true, multipliers);
+                return true;
+            }
+        }
+        false
+    }
+
+    /// Whether the cut keeps the centre well inside, the points to keep, and enough of the region.
+    fn keeps(&self, a: &[f64], b: f64) -> bool {
+        let slack = |q: &[f64]| b - a.iter().zip(q).map(|(a, q)| a * q).sum::<f64>();
+        let q = self.region.center;
+        let room = (0..self.region.rows.len()).map(|row| self.region.rows.slack(row, q));
+        let room = room.fold(f64::INFINITY, f64::min);
+        slack(q) > MIN_ROOM_SHARE * room
+            && self.region.keep.iter().all(|q| slack(q) >= MIN_ROOM_KEPT)
+            && self.guide.least_kept() - self.guide.loss(a, b) >= self.options.min_kept
+    }
+}
+
+/// A cut leaves the centre this share of the distance that it had to the nearest face.
+const MIN_ROOM_SHARE: f64 = 0.05;
+/// A cut stays this far from points to keep.
+const MIN_ROOM_KEPT: f64 = 1e-9;

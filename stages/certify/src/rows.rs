@@ -1,0 +1,135 @@
+//! Rows a·q ≤ b that hold on a region, and what they bound on a cell.
+
+use crate::cell::CellBox;
+use convex_sets::HPolyhedron;
+use convex_sets::lp::{LinearProgram, LpOutcome};
+use nalgebra::{DMatrix, DVector};
+
+/// Multipliers: (row, μ ≥ 0).
+pub type Multipliers = Vec<(u32, f64)>;
+
+/// A list of rows that grows by cuts; indices stay.
+#[derive(Debug, Clone)]
+pub struct Rows {
+    /// Coefficients of each row [n], of unit length.
+    pub a: Vec<Vec<f64>>,
+    /// Offsets.
+    pub b: Vec<f64>,
+    /// The rows that programmes use, by index; a row that another dominates is left out.
+    active: Vec<u32>,
+    /// The active rows as a matrix.
+    A_active: DMatrix<f64>,
+    b_active: DVector<f64>,
+}
+
+/// What a programme over cell ∩ region said.
+#[derive(Debug, Clone)]
+pub enum RowBound {
+    /// g·δ ≥ `value` by the multipliers.
+    Bound {
+        /// L, evaluated from the multipliers and rounded down.
+        value: f64,
+        /// Why.
+        multipliers: Multipliers,
+    },
+    /// The cell misses the region by these multipliers.
+    Empty(Multipliers),
+}
+
+impl Rows {
+    /// The faces of `polyhedron`, all active.
+    pub fn new(polyhedron: &HPolyhedron) -> Self {
+        let m = polyhedron.n_faces();
+        Self {
+            a: (0..m).map(|i| polyhedron.A.row(i).iter().copied().collect()).collect(),
+            b: polyhedron.b.iter().copied().collect(),
+            active: (0..m as u32).collect(),
+            A_active: polyhedron.A.clone(),
+            b_active: polyhedron.b.clone(),
+        }
+    }
+
+    /// Number of rows.
+    pub fn len(&self) -> usize {
+        self.b.len()
+    }
+
+    /// Adds a row, which makes the row `superseded` (if any) superfluous; returns its index.
+    pub fn push(&mut self, a: Vec<f64>, b: f64, superseded: Option<u32>) -> u32 {
+        let index = self.b.len() as u32;
+        self.a.push(a);
+        self.b.push(b);
+        self.active.retain(|&row| Some(row) != superseded);
+        self.active.push(index);
+        let (m, n) = (self.active.len(), self.A_active.ncols());
+        self.A_active = DMatrix::from_fn(m, n, |i, j| self.a[self.active[i] as usize][j]);
+        self.b_active = DVector::from_fn(m, |i, _| self.b[self.active[i] as usize]);
+        index
+    }
+
+    /// b − a·q of row `row`.
+    pub fn slack(&self, row: usize, q: &[f64]) -> f64 {
+        self.b[row] - self.a[row].iter().zip(q).map(|(a, q)| a * q).sum::<f64>()
+    }
+
+    /// A lower bound of g·δ + Σ μ (a·q − b) over the cell, δ = q − centre: L of the certificate. The value is rounded
+    /// down by more than any order of evaluation can lose.
+    pub fn bound(&self, cell: &CellBox, g: &[f64], multipliers: &[(u32, f64)]) -> f64 {
+        let mut slope = g.to_vec();
+        let mut slope_size: Vec<f64> = g.iter().map(|g| g.abs()).collect();
+        let (mut sum, mut size) = (0.0, 0.0);
+        for &(row, mu) in multipliers {
+            let row = row as usize;
+            for (j, a) in self.a[row].iter().enumerate() {
+                slope[j] += mu * a;
+                slope_size[j] += (mu * a).abs();
+            }
+            sum -= mu * self.b[row];
+            size += (mu * self.b[row]).abs();
+        }
+        for j in 0..g.len() {
+            sum += (slope[j] * cell.lower[j]).min(slope[j] * cell.upper[j]) - g[j] * cell.center(j);
+            size += 2.0 * slope_size[j] * cell.lower[j].abs().max(cell.upper[j].abs());
+        }
+        let value = sum - 32.0 * f64::EPSILON * (g.len() + multipliers.len()) as f64 * size - 1e-300;
+        if value.is_nan() { f64::NEG_INFINITY } else { value }
+    }
+
+    /// min { g·δ : q ∈ cell ∩ region } by its multipliers.
+    pub fn minimize(&self, cell: &CellBox, g: &[f64]) -> RowBound {
+        let lower = DVector::from_column_slice(&cell.lower);
+        let upper = DVector::from_column_slice(&cell.upper);
+        let program = LinearProgram::new(&self.A_active, &self.b_active, &lower, &upper);
+        let named = |y: &DVector<f64>| -> Multipliers {
+            y.iter().zip(&self.active).filter(|(y, _)| **y > 0.0).map(|(&y, &row)| (row, y)).collect()
+        };
+        let multipliers = match program.minimize(&DVector::from_column_slice(g)) {
+            LpOutcome::Optimal { multipliers, .. } => named(&multipliers),
+            LpOutcome::Infeasible { farkas } => {
+                let multipliers = named(&farkas);
+                if self.excludes(cell, &multipliers) {
+                    return RowBound::Empty(multipliers);
+                }
+                Vec::new()
+            }
+            LpOutcome::Undecided { .. } => Vec::new(),
+        };
+        RowBound::Bound { value: self.bound(cell, g, &multipliers), multipliers }
+    }
+
+    /// Whether Σ μ (a·q − b) > 0 on all of the cell, by more than rounding.
+    pub fn excludes(&self, cell: &CellBox, multipliers: &[(u32, f64)]) -> bool {
+        let zero = vec![0.0; cell.lower.len()];
+        let size: f64 = multipliers.iter().map(|&(row, mu)| mu * (1.0 + self.b[row as usize].abs())).sum();
+        size > 0.0 && self.bound(cell, &zero, multipliers) > MARGIN_EMPTY * size
+    }
+
+    /// Rows in use.
+    pub fn active(&self) -> &[u32] {
+        &self.active
+    }
+}
+
+/// A cell counts as outside the region if it misses it by this, in units of the coordinates. Erring side: keeps cells
+/// that miss by less.
+const MARGIN_EMPTY: f64 = 1e-12;
