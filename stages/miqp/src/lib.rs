@@ -28,7 +28,9 @@ pub mod kept_system;
 pub mod node;
 mod options;
 pub mod relaxation;
+mod stage;
 
 pub use error::MiqpError;
 pub use grasp_plan::{NoSink, PlanOutcome, PlanSink, Question, plan};
 pub use options::MiqpOptions;
+pub use stage::MiqpStage;

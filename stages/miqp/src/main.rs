@@ -1,2 +1,5 @@
 //! Fewest grasps: mixed-integer quadratic programme.
-fn main() {}
+
+fn main() -> std::process::ExitCode {
+    stage_kit::main::<miqp::MiqpStage>()
+}

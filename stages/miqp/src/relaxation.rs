@@ -16,7 +16,7 @@ use crate::kept_system::mode_of_segment;
 use crate::node::Node;
 use conic::{Affine, ConicError, ConicProgram, Settings, SolveStatus, safe_farkas, safe_lower_bound, solve};
 use nalgebra::DVector;
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 
 /// What a relaxation says of its node.
 #[derive(Debug, Clone)]

@@ -84,7 +84,7 @@ mod tests {
     fn sums_enclose_the_exact_value() {
         // 0.1 + 0.2 as decimals of their doubles lies between the neighbors of the rounded sum.
         let sum = Enclosure::exact(0.1).plus(Enclosure::exact(0.2));
-        assert!(sum.lower < 0.3 && 0.30000000000000004 < sum.upper);
+        assert!(sum.lower <= 0.3 && 0.30000000000000004 < sum.upper);
     }
 
     #[test]
