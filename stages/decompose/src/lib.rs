@@ -1,1 +1,32 @@
 //! Convex regions of the collision-free configuration space.
+//!
+//! Seeds come from a visibility clique cover (Werner et al. 2023; thesis 2, appendix D), regions from IRIS-ZO
+//! (Werner et al. 2024), until the requested share of CS_free, CG_free and CP_free is covered. Regions are found by
+//! sampling: they may contain small collisions, which certification cuts away.
+
+mod anchors;
+mod bridges;
+mod clique_cover;
+mod coordinates;
+mod cover;
+mod coverage;
+mod domain;
+mod free_space;
+mod grow;
+mod iris_zo;
+mod leaf_chords;
+mod options;
+mod placing;
+mod problem;
+mod scene_problem;
+mod streams;
+mod target;
+mod visibility;
+
+pub use cover::{Decomposition, Ending, Sink, decompose};
+pub use coverage::{Estimate, covered, wilson_interval};
+pub use free_space::{FreeSpace, FreeWhere};
+pub use leaf_chords::{ChordCoverage, longest_chord_coverage};
+pub use options::Options;
+pub use problem::{Anchor, Problem, ProblemError};
+pub use scene_problem::problem_of_scene;

@@ -1,0 +1,537 @@
+//! Rounds of growth until the requested shares of CS_free, CG_free and CP_free are covered.
+//!
+//! 1. Regions around start and goal. 2. For each set in turn, on fresh samples: what is uncovered becomes a
+//! visibility graph, its cliques become seeds, and the regions that add most are kept. 3. Bridges between
+//! components that see each other. 4. The longest chord of a transfer leaf. 5. What certification left uncovered is
+//! grown again.
+
+use convex_sets::{HPolyhedron, Hyperrectangle};
+use nalgebra::DVector;
+use wire::Region;
+
+use crate::anchors::contain_exactly;
+use crate::bridges::{bridge_seeds, components};
+use crate::clique_cover::{clique_cover, seed_of_clique};
+use crate::coordinates::Coordinates;
+use crate::coverage::{Estimate, covered, wilson_interval};
+use crate::domain::Domain;
+use crate::grow::{Grown, GrowthJob, grow_all, select};
+use crate::iris_zo::{Growth, Seed};
+use crate::leaf_chords::{ChordCoverage, Leaves};
+use crate::options::Options;
+use crate::problem::Problem;
+use crate::streams::Streams;
+use crate::target::{Target, TargetKind};
+use crate::visibility::VisibilityGraph;
+
+/// Where regions go as they are found, and where certified ones come from.
+pub trait Sink {
+    /// What can go wrong there.
+    type Error;
+
+    /// A region; ids count from 0.
+    fn region(&mut self, region: &Region) -> Result<(), Self::Error>;
+
+    /// `n_regions` were found, `coverage` of the set named in `message` is covered.
+    fn progress(&mut self, n_regions: usize, coverage: f64, message: &str);
+
+    /// The certified versions of the regions `ids`, once they are known; `None` if there is no certification.
+    fn certified(&mut self, ids: &[u64]) -> Result<Option<Vec<Region>>, Self::Error>;
+}
+
+/// How the work ended.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Ending {
+    /// All targets are met.
+    Covered,
+    /// More rounds do not help, or `max_rounds` or `max_regions` is reached: a target is missed, the words say which.
+    Short(String),
+    /// None of this many samples of the set is free.
+    NowhereFree {
+        /// `CS_free` or `CG_free`.
+        set: &'static str,
+        /// Samples drawn.
+        n_samples: usize,
+    },
+    /// `is_stopped` turned true.
+    Stopped,
+}
+
+/// What was found.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Decomposition {
+    /// The candidates, by id.
+    pub regions: Vec<Region>,
+    /// Their share of CS_free.
+    pub total: Estimate,
+    /// Their share of CG_free, with a task.
+    pub grasp: Option<Estimate>,
+    /// Their share of CP_free, with a task.
+    pub placement: Option<Estimate>,
+    /// How much of the longest chord of a transfer leaf they cover.
+    pub chord: Option<ChordCoverage>,
+    /// The shares that certified versions cover, in the order of the sets' names.
+    pub certified: Vec<(&'static str, Estimate)>,
+    /// How the work ended.
+    pub ending: Ending,
+}
+
+/// Rounds without gain after which a set is left.
+const MAX_STALLED: usize = 2;
+/// Cliques that are grown in one round.
+const MAX_CLIQUES: usize = 12;
+/// Rounds that look for bridges, and rounds that lengthen the chord.
+const MAX_BRIDGE_ROUNDS: usize = 4;
+const MAX_CHORD_ROUNDS: usize = 4;
+/// A certified share has to rise by this for one more round.
+const LEAST_RISE: f64 = 5e-4;
+
+/// Decomposes the free part of `problem`. Same problem, options and seed give the same regions in the same order,
+/// whatever `options.threads` is.
+pub fn decompose<S: Sink>(
+    problem: &Problem<'_>,
+    options: &Options,
+    seed: u64,
+    sink: &mut S,
+    is_stopped: &(dyn Fn() -> bool + Sync),
+) -> Result<Decomposition, S::Error> {
+    let coordinates = Coordinates::new(problem.limits.clone(), &problem.relevant);
+    if coordinates.n_relevant() == 0 {
+        return without_collisions(problem, sink);
+    }
+    let mut cover = Cover::new(problem, options, seed, &coordinates, sink, is_stopped);
+    let ending = cover.run()?;
+    cover.finish(ending)
+}
+
+/// No pair depends on any coordinate: everything is free, or nothing.
+fn without_collisions<S: Sink>(problem: &Problem<'_>, sink: &mut S) -> Result<Decomposition, S::Error> {
+    let center = problem.limits.center();
+    let everything = wilson_interval(1, 1);
+    let mut decomposition = Decomposition {
+        regions: Vec::new(),
+        total: Estimate { low: 1.0, ..everything },
+        grasp: problem.grasp.is_some().then_some(Estimate { low: 1.0, ..everything }),
+        placement: problem.placement.is_some().then_some(Estimate { low: 1.0, ..everything }),
+        chord: None,
+        certified: Vec::new(),
+        ending: Ending::Covered,
+    };
+    if !problem.free.is_free(center.as_slice()) {
+        decomposition.ending = Ending::NowhereFree { set: TargetKind::Total.name(), n_samples: 1 };
+        return Ok(decomposition);
+    }
+    let region = Region {
+        id: 0,
+        parent: None,
+        polyhedron: problem.limits.to_polyhedron(),
+        center,
+        method: "joint-limits".into(),
+        certified: false,
+        margin: 0.0,
+    };
+    sink.region(&region)?;
+    decomposition.regions.push(region);
+    Ok(decomposition)
+}
+
+struct Cover<'a, S> {
+    problem: &'a Problem<'a>,
+    options: &'a Options,
+    coordinates: &'a Coordinates,
+    whole: Domain<'a>,
+    targets: Vec<(Target, Domain<'a>)>,
+    leaves: Option<Leaves>,
+    growth: Growth,
+    streams: Streams,
+    regions: Vec<Region>,
+    /// What counts as covered: the candidates, later their certified versions.
+    covering: Vec<HPolyhedron>,
+    certified: Vec<(&'static str, Estimate)>,
+    sink: &'a mut S,
+    is_stopped: &'a (dyn Fn() -> bool + Sync),
+}
+
+/// What is still missing.
+struct Shortfall {
+    words: Vec<String>,
+    /// The share of each set, and of the chord, in a fixed order: whether a round raised anything.
+    shares: Vec<f64>,
+}
+
+impl<'a, S: Sink> Cover<'a, S> {
+    fn new(
+        problem: &'a Problem<'a>,
+        options: &'a Options,
+        seed: u64,
+        coordinates: &'a Coordinates,
+        sink: &'a mut S,
+        is_stopped: &'a (dyn Fn() -> bool + Sync),
+    ) -> Self {
+        let domain = |bounds: &Hyperrectangle| {
+            Domain::new(coordinates, problem.free, &problem.displacement, &coordinates.project_box(bounds))
+        };
+        let mut targets = Vec::new();
+        let mut add = |target: Option<Target>| {
+            targets.extend(target.map(|target| {
+                let domain = domain(&target.bounds);
+                (target, domain)
+            }));
+        };
+        // The thin set comes first, while its cliques are whole.
+        if let Some(grasp) = &problem.grasp {
+            add(Target::new(TargetKind::Grasp, grasp));
+        }
+        let placement = problem.placement.as_ref().and_then(|P| Target::new(TargetKind::Placement, P));
+        let whole_is_placement = placement.as_ref().is_none_or(|target| target.contains_box(&problem.limits));
+        if let (Some(grasp), Some(placement), false) = (&problem.grasp, &problem.placement, whole_is_placement) {
+            add(Target::new(TargetKind::GraspPlacement, &grasp.intersection(placement)));
+        }
+        add(Target::new(TargetKind::Total, &problem.limits.to_polyhedron()));
+        if !whole_is_placement {
+            add(placement);
+        }
+        Self {
+            problem,
+            options,
+            coordinates,
+            whole: domain(&problem.limits),
+            targets,
+            leaves: Leaves::new(problem, coordinates),
+            growth: Growth {
+                epsilon: options.epsilon,
+                delta: options.delta,
+                margin: options.configuration_margin,
+                max_iterations: options.max_iterations,
+            },
+            streams: Streams::new(seed),
+            regions: Vec::new(),
+            covering: Vec::new(),
+            certified: Vec::new(),
+            sink,
+            is_stopped,
+        }
+    }
+
+    fn run(&mut self) -> Result<Ending, S::Error> {
+        self.grow_anchors(1.0)?;
+        if let Some(ending) = self.grow_until_covered(false)? {
+            return Ok(ending);
+        }
+        self.grow_bridges()?;
+        self.grow_chord(self.options.grasp_coverage)?;
+        let mut short = self.shortfall(false);
+        let mut last: Option<Vec<f64>> = None;
+        for feedback_round in 0..=self.options.max_feedback_rounds {
+            if (self.is_stopped)() {
+                return Ok(Ending::Stopped);
+            }
+            let ids: Vec<u64> = self.regions.iter().map(|region| region.id).collect();
+            let Some(certified) = self.sink.certified(&ids)? else { break };
+            self.covering = certified.into_iter().map(|region| region.polyhedron).collect();
+            short = self.shortfall(true);
+            let risen = last.as_ref().is_none_or(|last| {
+                last.iter().zip(&short.shares).any(|(before, now)| *now > before + LEAST_RISE)
+            });
+            if short.words.is_empty() || !risen || feedback_round == self.options.max_feedback_rounds {
+                break;
+            }
+            last = Some(short.shares.clone());
+            let n_before = self.regions.len();
+            self.grow_anchors(0.2_f64.powi(feedback_round as i32 + 1))?;
+            if let Some(ending) = self.grow_until_covered(true)? {
+                return Ok(ending);
+            }
+            self.grow_bridges()?;
+            self.grow_chord(self.options.certified_grasp_coverage)?;
+            if self.regions.len() == n_before {
+                break;
+            }
+        }
+        Ok(if short.words.is_empty() { Ending::Covered } else { Ending::Short(short.words.join("; ")) })
+    }
+
+    /// Hands a region over, made to contain `inside` exactly.
+    fn emit(&mut self, grown: &Grown, inside: &[&DVector<f64>]) -> Result<(), S::Error> {
+        let mut polyhedron = grown.polyhedron.clone();
+        for q in inside {
+            contain_exactly(&mut polyhedron, q.as_slice());
+        }
+        let region = Region {
+            id: self.regions.len() as u64,
+            parent: None,
+            polyhedron,
+            center: grown.center.clone(),
+            method: grown.method.to_owned(),
+            certified: false,
+            margin: self.options.configuration_margin,
+        };
+        self.sink.region(&region)?;
+        self.covering.push(region.polyhedron.clone());
+        self.regions.push(region);
+        Ok(())
+    }
+
+    fn grow(&mut self, jobs: &[GrowthJob<'_, '_>]) -> Vec<Option<Grown>> {
+        grow_all(jobs, &self.growth, self.options.threads, &mut self.streams, self.is_stopped)
+    }
+
+    /// Regions around start and goal, where none contains them yet; `size` of the joint ranges is their domain.
+    fn grow_anchors(&mut self, size: f64) -> Result<(), S::Error> {
+        for anchor in &self.problem.anchors {
+            if covered(&self.covering, anchor.q.as_slice()) || (self.is_stopped)() {
+                continue;
+            }
+            let around = self.around(&anchor.q, size);
+            let witness = around.u_from_q(anchor.q.as_slice());
+            let jobs =
+                [GrowthJob { domain: &around, seed: Seed::ball(witness), method: "iris-zo at an anchor" }];
+            if let Some(grown) = self.grow(&jobs).swap_remove(0) {
+                self.emit(&grown, &[&anchor.q])?;
+            }
+        }
+        Ok(())
+    }
+
+    /// The part of the joint box around `q` with `size` of its extent.
+    fn around(&self, q: &DVector<f64>, size: f64) -> Domain<'a> {
+        let bounds = if size >= 1.0 {
+            self.problem.limits.clone()
+        } else {
+            let half = self.problem.limits.half_widths() * size;
+            let lower = (q - &half).zip_map(&self.problem.limits.lower, f64::max);
+            Hyperrectangle { lower, upper: (q + &half).zip_map(&self.problem.limits.upper, f64::min) }
+        };
+        Domain::new(
+            self.coordinates,
+            self.problem.free,
+            &self.problem.displacement,
+            &self.coordinates.project_box(&bounds),
+        )
+    }
+
+    /// The share of a set that is to be covered.
+    fn wanted(&self, kind: TargetKind, after_certification: bool) -> f64 {
+        match (kind, after_certification) {
+            (TargetKind::Grasp | TargetKind::GraspPlacement, false) => self.options.grasp_coverage,
+            (TargetKind::Grasp | TargetKind::GraspPlacement, true) => self.options.certified_grasp_coverage,
+            (TargetKind::Total | TargetKind::Placement, false) => self.options.coverage,
+            (TargetKind::Total | TargetKind::Placement, true) => self.options.certified_coverage,
+        }
+    }
+
+    /// Rounds over all sets; an ending if the work cannot go on.
+    fn grow_until_covered(&mut self, after_certification: bool) -> Result<Option<Ending>, S::Error> {
+        let mut n_stalled = vec![0; self.targets.len()];
+        for _ in 0..self.options.max_rounds {
+            let mut all_met = true;
+            for target_idx in 0..self.targets.len() {
+                if (self.is_stopped)() {
+                    return Ok(Some(Ending::Stopped));
+                }
+                if n_stalled[target_idx] >= MAX_STALLED || self.regions.len() >= self.options.max_regions {
+                    continue;
+                }
+                let (target, domain) = self.targets[target_idx].clone();
+                let samples =
+                    target.sample_free(self.problem.free, self.options.coverage_samples, &mut self.streams.take());
+                if samples.free.is_empty() {
+                    if matches!(target.kind, TargetKind::Total | TargetKind::Grasp) && !after_certification {
+                        let (set, n_samples) = (target.kind.name(), samples.n_drawn);
+                        return Ok(Some(Ending::NowhereFree { set, n_samples }));
+                    }
+                    continue;
+                }
+                let uncovered: Vec<Vec<f64>> =
+                    samples.free.iter().filter(|q| !covered(&self.covering, q)).cloned().collect();
+                let estimate = wilson_interval(samples.free.len() - uncovered.len(), samples.free.len());
+                self.sink.progress(self.regions.len(), estimate.value, target.kind.name());
+                if estimate.low >= self.wanted(target.kind, after_certification) {
+                    continue;
+                }
+                all_met = false;
+                let gained = self.grow_where_uncovered(target.kind, &domain, &uncovered)?;
+                n_stalled[target_idx] = if gained { 0 } else { n_stalled[target_idx] + 1 };
+            }
+            if all_met {
+                break;
+            }
+        }
+        Ok(None)
+    }
+
+    /// One clique cover of uncovered samples; whether a region was added.
+    fn grow_where_uncovered(
+        &mut self,
+        kind: TargetKind,
+        domain: &Domain<'a>,
+        uncovered: &[Vec<f64>],
+    ) -> Result<bool, S::Error> {
+        let points: Vec<DVector<f64>> =
+            uncovered.iter().take(self.options.visibility_samples).map(|q| domain.u_from_q(q)).collect();
+        let graph = VisibilityGraph::new(domain, &points);
+        let whole = self.whole.clone();
+        let is_thin = matches!(kind, TargetKind::Grasp | TargetKind::GraspPlacement);
+        let mut jobs = Vec::new();
+        for clique in clique_cover(&graph).into_iter().take(MAX_CLIQUES) {
+            let members: Vec<DVector<f64>> = clique.iter().map(|&vertex| points[vertex].clone()).collect();
+            let Some(seed) = seed_of_clique(domain, &members) else { continue };
+            if is_thin {
+                // Its twin in the whole box joins the thin region to the rest.
+                let witness = whole.u_from_q(&domain.q_from_u(&seed.witness));
+                jobs.push(GrowthJob { domain, seed, method: "iris-zo in the grasp space" });
+                jobs.push(GrowthJob { domain: &whole, seed: Seed::ball(witness), method: "iris-zo" });
+            } else {
+                jobs.push(GrowthJob { domain, seed, method: "iris-zo" });
+            }
+        }
+        let candidates = self.grow(&jobs);
+        let chosen = select(&candidates, uncovered, uncovered.len() / 25);
+        for &idx in &chosen {
+            if let Some(grown) = &candidates[idx]
+                && self.regions.len() < self.options.max_regions
+            {
+                self.emit(grown, &[])?;
+            }
+        }
+        Ok(!chosen.is_empty())
+    }
+
+    /// Joins components that see each other.
+    fn grow_bridges(&mut self) -> Result<(), S::Error> {
+        for _ in 0..MAX_BRIDGE_ROUNDS {
+            let component = components(&self.covering);
+            if component.iter().all(|&c| c == 0) || self.regions.len() >= self.options.max_regions {
+                break;
+            }
+            let mut points: Vec<Vec<f64>> =
+                self.regions.iter().map(|region| region.center.as_slice().to_vec()).collect();
+            for target_idx in 0..self.targets.len() {
+                let rng = &mut self.streams.take();
+                points.extend(self.targets[target_idx].0.sample_free(self.problem.free, 400, rng).free);
+            }
+            let whole = self.whole.clone();
+            let jobs: Vec<GrowthJob<'_, '_>> = bridge_seeds(&whole, &self.covering, &component, &points)
+                .into_iter()
+                .map(|seed| GrowthJob { domain: &whole, seed, method: "iris-zo of a bridge" })
+                .collect();
+            let n_before = self.regions.len();
+            for grown in self.grow(&jobs).into_iter().flatten() {
+                // Only what joins components that earlier bridges have not joined yet.
+                let component = components(&self.covering);
+                let mut touched: Vec<usize> = (0..self.covering.len())
+                    .filter(|&idx| self.covering[idx].interior_intersects(&grown.polyhedron))
+                    .map(|idx| component[idx])
+                    .collect();
+                touched.sort_unstable();
+                touched.dedup();
+                if touched.len() > 1 {
+                    self.emit(&grown, &[])?;
+                }
+            }
+            if self.regions.len() == n_before {
+                break;
+            }
+        }
+        Ok(())
+    }
+
+    /// Regions in CG at what the longest chord of a transfer leaf lacks.
+    fn grow_chord(&mut self, wanted: f64) -> Result<(), S::Error> {
+        let Some(leaves) = self.leaves.clone() else { return Ok(()) };
+        let Some((_, domain)) = self.targets.iter().find(|(target, _)| target.kind == TargetKind::Grasp).cloned()
+        else {
+            return Ok(());
+        };
+        for _ in 0..MAX_CHORD_ROUNDS {
+            let chord = leaves.measure(self.problem, &self.covering, &mut self.streams.take());
+            if chord.share() >= wanted || (self.is_stopped)() || self.regions.len() >= self.options.max_regions {
+                break;
+            }
+            let jobs: Vec<GrowthJob<'_, '_>> = chord
+                .uncovered
+                .iter()
+                .map(|q| GrowthJob {
+                    domain: &domain,
+                    seed: Seed::ball(domain.u_from_q(q)),
+                    method: "iris-zo in the grasp space",
+                })
+                .collect();
+            let grown = self.grow(&jobs);
+            for idx in select(&grown, &chord.uncovered, 1) {
+                if let Some(grown) = &grown[idx] {
+                    self.emit(grown, &[])?;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Measures everything that is wanted against `covering`, on fresh samples.
+    fn shortfall(&mut self, after_certification: bool) -> Shortfall {
+        let mut short = Shortfall { words: Vec::new(), shares: Vec::new() };
+        let mut miss = |name: &str, share: f64, wanted: f64| {
+            short.shares.push(share);
+            if share < wanted {
+                short.words.push(format!("{share:.4} of {name} covered, {wanted} wanted"));
+            }
+        };
+        let mut estimates = Vec::new();
+        for target_idx in 0..self.targets.len() {
+            let kind = self.targets[target_idx].0.kind;
+            if let Some(estimate) = self.estimate(kind) {
+                miss(kind.name(), estimate.value, self.wanted(kind, after_certification));
+                estimates.push((kind.name(), estimate));
+            }
+        }
+        if let Some(leaves) = self.leaves.clone() {
+            let chord = leaves.measure(self.problem, &self.covering, &mut self.streams.take());
+            let wanted = self.wanted(TargetKind::Grasp, after_certification);
+            miss("the longest chord of a transfer leaf in CG_free", chord.share(), wanted);
+        }
+        for anchor in &self.problem.anchors {
+            let share = if covered(&self.covering, anchor.q.as_slice()) { 1.0 } else { 0.0 };
+            short.shares.push(share);
+            if share < 1.0 {
+                short.words.push(format!("{} is in no region", anchor.name));
+            }
+        }
+        if after_certification {
+            self.certified = estimates;
+        }
+        short
+    }
+
+    /// The share of a set that is covered, on fresh samples; `None` if there is no such set or it is nowhere free.
+    fn estimate(&mut self, kind: TargetKind) -> Option<Estimate> {
+        let (target, _) = self.targets.iter().find(|(target, _)| target.kind == kind)?.clone();
+        let samples =
+            target.sample_free(self.problem.free, self.options.coverage_samples, &mut self.streams.take()).free;
+        let n_hits = samples.iter().filter(|q| covered(&self.covering, q)).count();
+        (!samples.is_empty()).then(|| wilson_interval(n_hits, samples.len()))
+    }
+
+    /// Final figures of the candidates.
+    fn finish(mut self, ending: Ending) -> Result<Decomposition, S::Error> {
+        self.covering = self.regions.iter().map(|region| region.polyhedron.clone()).collect();
+        let nothing = wilson_interval(0, 0);
+        let total = self.estimate(TargetKind::Total).unwrap_or(nothing);
+        let grasp = self.problem.grasp.as_ref().map(|_| self.estimate(TargetKind::Grasp).unwrap_or(nothing));
+        // A placement space that is the whole joint box has the figures of the whole.
+        let placement =
+            self.problem.placement.as_ref().map(|_| self.estimate(TargetKind::Placement).unwrap_or(total));
+        let chord = self
+            .leaves
+            .clone()
+            .map(|leaves| leaves.measure(self.problem, &self.covering, &mut self.streams.take()));
+        Ok(Decomposition {
+            regions: self.regions,
+            total,
+            grasp,
+            placement,
+            chord,
+            certified: self.certified,
+            ending,
+        })
+    }
+}

@@ -1,0 +1,182 @@
+//! IRIS-ZO: a region around a seed from collision checks alone (Werner et al. 2024).
+//!
+//! Around an ellipsoid, samples of the polytope P that collide are walked to the boundary and cut off, nearest ones
+//! first, until the *unadaptive test* passes: of M = 2 ln(1/δ_k) / (ε τ²) uniform samples at most (1 - τ) ε M
+//! collide, which a region with a share above ε of collisions passes with probability δ_k at most;
+//! δ_k = 6 δ / (π k)², so that all tests k = 1, 2, … together err with probability δ. Then the largest ellipsoid in
+//! P takes the place of the first, until it no longer grows.
+//!
+//! What collides in P lies mostly at its faces, where uniform samples seldom fall. The ends of hit-and-run's chords
+//! are on the faces and come for free: they are checked too, and cut as samples are.
+
+use convex_sets::{HPolyhedron, HitAndRun, Hyperellipsoid};
+use nalgebra::{DMatrix, DVector};
+use rand_chacha::ChaCha8Rng;
+
+use crate::domain::Domain;
+use crate::placing::{Face, Placing};
+
+/// Where to grow; all in the domain's units u.
+#[derive(Debug, Clone)]
+pub(crate) struct Seed {
+    /// The first ellipsoid.
+    pub(crate) ellipsoid: Hyperellipsoid,
+    /// A free point that stays in the region.
+    pub(crate) witness: DVector<f64>,
+}
+
+/// How to grow.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Growth {
+    pub(crate) epsilon: f64,
+    pub(crate) delta: f64,
+    /// Metres of displacement.
+    pub(crate) margin: f64,
+    pub(crate) max_iterations: usize,
+}
+
+/// Relative excess τ of the test.
+const TAU: f64 = 0.5;
+/// The test's ε before the last separation, in units of the requested one.
+const COARSE: f64 = 8.0;
+/// The ellipsoid must grow by this factor, or the alternation ends.
+const LEAST_GROWTH: f64 = 1.02;
+/// Steps of the walk between two samples.
+const MIXING_STEPS: usize = 3;
+/// Chords of each pass whose ends are checked.
+const N_CHORDS: usize = 150;
+/// Collisions that end a pass; more at once would be cut off by the first ones' faces.
+const BATCH: usize = 24;
+/// A face so near a chord's end is not what the end tests.
+const INSET: f64 = 1e-9;
+const MAX_PASSES: usize = 150;
+const MAX_FACES: usize = 150;
+
+impl Seed {
+    /// A ball of half the domain's size around a free point.
+    pub(crate) fn ball(witness: DVector<f64>) -> Self {
+        Self { ellipsoid: Hyperellipsoid::ball(witness.clone(), 0.5), witness }
+    }
+}
+
+/// Grows a region. Its first 2k faces are the unit box, the others are not redundant. `None` if the witness is not
+/// free or no region with an interior is left.
+pub(crate) fn grow(
+    domain: &Domain<'_>,
+    seed: &Seed,
+    growth: &Growth,
+    rng: &mut ChaCha8Rng,
+) -> Option<HPolyhedron> {
+    if !domain.is_free(&seed.witness) {
+        return None;
+    }
+    let n_box = 2 * domain.dim();
+    let coarse = Growth { epsilon: (COARSE * growth.epsilon).min(0.2), ..*growth };
+    let mut ellipsoid = seed.ellipsoid.clone();
+    let mut best: Option<(HPolyhedron, Hyperellipsoid)> = None;
+    for _ in 0..growth.max_iterations.max(1) {
+        let P = separate(domain, &ellipsoid, &seed.witness, domain.unit_box(), &coarse, rng);
+        let Ok(inscribed) = P.max_inscribed_ellipsoid() else { break };
+        let grown = best
+            .as_ref()
+            .is_none_or(|(_, last)| inscribed.relative_volume() > LEAST_GROWTH * last.relative_volume());
+        if !grown {
+            break;
+        }
+        ellipsoid = inscribed.clone();
+        best = Some((P, inscribed));
+    }
+    let (P, inscribed) = best?;
+    let P = P.remove_redundant_keeping(n_box).ok()?;
+    let P = separate(domain, &inscribed, &seed.witness, P, growth, rng);
+    P.remove_redundant_keeping(n_box).ok()
+}
+
+/// Samples M of the `k`-th test, and how many of them may collide.
+fn test_size(growth: &Growth, k: usize) -> (usize, usize) {
+    let k = k as f64;
+    let delta_k = 6.0 * growth.delta / (std::f64::consts::PI * k).powi(2);
+    let M = (2.0 * (1.0 / delta_k).ln() / (growth.epsilon * TAU * TAU)).ceil();
+    (M as usize, ((1.0 - TAU) * growth.epsilon * M) as usize)
+}
+
+/// P with faces that cut off its collisions until the test passes.
+fn separate(
+    domain: &Domain<'_>,
+    ellipsoid: &Hyperellipsoid,
+    witness: &DVector<f64>,
+    P: HPolyhedron,
+    growth: &Growth,
+    rng: &mut ChaCha8Rng,
+) -> HPolyhedron {
+    let k = domain.dim();
+    let placing = Placing::new(domain, ellipsoid, witness, growth.margin);
+    let mut walk = HitAndRun::new(&P, witness, DMatrix::identity(k, k));
+    let mut added: Vec<Face> = Vec::new();
+    for pass in 1..=MAX_PASSES {
+        let (n_samples, n_allowed) = test_size(growth, pass);
+        let (mut drawn, mut n_hits, mut n_ends) = (0, 0, 0);
+        let mut collisions: Vec<DVector<f64>> = Vec::new();
+        while drawn < n_samples && collisions.len() < BATCH.max(n_allowed + 1) {
+            drawn += 1;
+            let mut chord = walk.step(rng);
+            for _ in 1..MIXING_STEPS {
+                chord = walk.step(rng);
+            }
+            let u = DVector::from_column_slice(walk.point());
+            if drawn <= N_CHORDS {
+                let direction = DVector::from_column_slice(walk.direction());
+                for t in [chord.t_min, chord.t_max] {
+                    let end = &u + (t * (1.0 - INSET)) * &direction;
+                    if !domain.is_free(&end) {
+                        collisions.push(end);
+                        n_ends += 1;
+                    }
+                }
+            }
+            if !domain.is_free(&u) {
+                collisions.push(u);
+                n_hits += 1;
+            }
+        }
+        let passed = drawn == n_samples && n_hits <= n_allowed && n_ends <= N_CHORDS / 100;
+        if passed || added.len() >= MAX_FACES {
+            break;
+        }
+        let mut faces: Vec<Face> = collisions.iter().filter_map(|u| placing.face(u)).collect();
+        faces.sort_by(|f, g| f.distance.total_cmp(&g.distance));
+        let first_new = added.len();
+        for face in faces {
+            if added[first_new..].iter().all(|f| f.a.dot(&face.boundary) <= f.b) {
+                walk.push_row(&face.a, face.b);
+                added.push(face);
+            }
+        }
+        if added.len() == first_new {
+            // Nothing can be placed: what is left is the certifier's.
+            break;
+        }
+        if !walk.is_inside() {
+            walk.restart(witness.as_slice());
+            for _ in 0..4 * k {
+                walk.step(rng);
+            }
+        }
+    }
+    let A = DMatrix::from_fn(added.len(), k, |i, j| added[i].a[j]);
+    let b = DVector::from_fn(added.len(), |i, _| added[i].b);
+    P.intersection(&HPolyhedron { A, b })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn test_size_of_werner_2024() {
+        let growth = Growth { epsilon: 0.01, delta: 0.05, margin: 1e-6, max_iterations: 1 };
+        // 2 ln(π² / 0.3) / (0.01 · 0.25) = 2794.6.
+        assert_eq!(test_size(&growth, 1), (2795, 13));
+        assert!(test_size(&growth, 9).0 > 2795);
+    }
+}

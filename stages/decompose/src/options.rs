@@ -1,0 +1,82 @@
+//! Options of the stage.
+
+use serde::{Deserialize, Serialize};
+
+/// How to decompose; all of it is part of what makes a run repeatable.
+#[derive(Debug, Clone, PartialEq, clap::Args, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Options {
+    /// Share of CS_free and of CP_free to cover; the lower end of the 95 % interval must reach it.
+    #[arg(long, default_value_t = 0.99)]
+    pub coverage: f64,
+    /// Share of CG_free to cover, and of the longest free chord of a transfer leaf inside CG.
+    #[arg(long, default_value_t = 0.996)]
+    pub grasp_coverage: f64,
+    /// Share of each set that must still be covered after certification, or more regions are grown.
+    #[arg(long, default_value_t = 0.975)]
+    pub certified_coverage: f64,
+    /// The same for CG_free and the longest free chord inside it.
+    #[arg(long, default_value_t = 0.992)]
+    pub certified_grasp_coverage: f64,
+    /// IRIS-ZO: share of a region that may be in collision. Smaller: fewer cuts by certification, more samples.
+    #[arg(long, default_value_t = 2e-3)]
+    pub epsilon: f64,
+    /// IRIS-ZO: probability with which a region may miss epsilon.
+    #[arg(long, default_value_t = 0.05)]
+    pub delta: f64,
+    /// Distance in metres of displacement that faces keep from the collisions that placed them. Larger: fewer
+    /// faces and collisions, less volume; the grasp band is a millimetre.
+    #[arg(long, default_value_t = 2e-6)]
+    pub configuration_margin: f64,
+    /// Alternations of separation and inscribed ellipsoid for each region.
+    #[arg(long, default_value_t = 4)]
+    pub max_iterations: usize,
+    /// Free samples from which coverage is estimated, of each set.
+    #[arg(long, default_value_t = 4000)]
+    pub coverage_samples: usize,
+    /// Uncovered samples of a visibility graph. Larger: better cliques, quadratic in time.
+    #[arg(long, default_value_t = 100)]
+    pub visibility_samples: usize,
+    /// Rounds of visibility graph, clique cover and growth.
+    #[arg(long, default_value_t = 20)]
+    pub max_rounds: usize,
+    /// Most regions.
+    #[arg(long, default_value_t = 400)]
+    pub max_regions: usize,
+    /// Rounds of growth after certification left a target unmet.
+    #[arg(long, default_value_t = 4)]
+    pub max_feedback_rounds: usize,
+    /// Threads; the result does not depend on them.
+    #[arg(long, default_value_t = 1)]
+    pub threads: usize,
+    /// Grow one region around each of these configurations, and nothing else. Comma-separated coordinates;
+    /// repeat for more.
+    #[arg(long, value_name = "Q0,Q1,…", allow_hyphen_values = true)]
+    pub region_at: Vec<String>,
+    /// With --region-at: half-width of the box, radians or metres, that each region stays in; 0 is no box.
+    #[arg(long, default_value_t = 0.0)]
+    pub domain_radius: f64,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self {
+            coverage: 0.99,
+            grasp_coverage: 0.996,
+            certified_coverage: 0.975,
+            certified_grasp_coverage: 0.992,
+            epsilon: 2e-3,
+            delta: 0.05,
+            configuration_margin: 2e-6,
+            max_iterations: 4,
+            coverage_samples: 4000,
+            visibility_samples: 100,
+            max_rounds: 20,
+            max_regions: 400,
+            max_feedback_rounds: 4,
+            threads: 1,
+            region_at: Vec::new(),
+            domain_radius: 0.0,
+        }
+    }
+}

@@ -1,0 +1,112 @@
+//! What is to be decomposed, as plain data.
+
+use convex_sets::{HPolyhedron, Hyperrectangle};
+use nalgebra::{DMatrix, DVector};
+use thiserror::Error;
+
+use crate::free_space::FreeSpace;
+
+/// A configuration that a region must contain.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Anchor {
+    /// What it is, for messages: `start`, `goal`.
+    pub name: String,
+    /// The configuration [n].
+    pub q: DVector<f64>,
+}
+
+/// The space to decompose.
+#[derive(Clone)]
+pub struct Problem<'a> {
+    /// Joint limits [n].
+    pub limits: Hyperrectangle,
+    /// For each coordinate, whether collisions depend on it.
+    pub relevant: Vec<bool>,
+    /// Metres of displacement that one unit of each coordinate brings about [n], > 0 where relevant.
+    pub displacement: DVector<f64>,
+    /// CS_free.
+    pub free: &'a dyn FreeSpace,
+    /// CG, if there is a task.
+    pub grasp: Option<HPolyhedron>,
+    /// CP, if there is a task.
+    pub placement: Option<HPolyhedron>,
+    /// Forms that are constant while the object is held, one a row [r × n].
+    pub transfer_keep: Option<DMatrix<f64>>,
+    /// Configurations that regions must contain.
+    pub anchors: Vec<Anchor>,
+}
+
+/// What is wrong with a problem.
+#[derive(Debug, Clone, PartialEq, Error)]
+pub enum ProblemError {
+    /// A vector of another dimension.
+    #[error("{what} has {found} entries, the joint limits have {expected}")]
+    Dimension {
+        /// Which.
+        what: String,
+        /// Its length.
+        found: usize,
+        /// The dimension of C-space.
+        expected: usize,
+    },
+    /// An anchor outside the joint limits.
+    #[error("{name} is outside the joint limits: coordinate {coordinate} is {value}")]
+    OutsideLimits {
+        /// The anchor.
+        name: String,
+        /// 0-based position of the coordinate.
+        coordinate: usize,
+        /// Its value.
+        value: f64,
+    },
+    /// An anchor in collision.
+    #[error("{name} is in collision")]
+    NotFree {
+        /// The anchor.
+        name: String,
+    },
+    /// An option outside its range.
+    #[error("option {name} is {value}, expected {expected}")]
+    Option {
+        /// Name of the option.
+        name: &'static str,
+        /// Its value.
+        value: f64,
+        /// What is expected.
+        expected: &'static str,
+    },
+}
+
+impl Problem<'_> {
+    /// Whether dimensions agree and all anchors are free and inside the limits.
+    pub fn check(&self) -> Result<(), ProblemError> {
+        let n = self.limits.lower.len();
+        let mut lengths = vec![
+            ("upper limits".to_owned(), self.limits.upper.len()),
+            ("relevance".to_owned(), self.relevant.len()),
+            ("displacement".to_owned(), self.displacement.len()),
+        ];
+        for (name, set) in [("CG", &self.grasp), ("CP", &self.placement)] {
+            lengths.extend(set.iter().map(|set| (name.to_owned(), set.ambient_dimension())));
+        }
+        lengths.extend(self.transfer_keep.iter().map(|forms| ("transfer forms".to_owned(), forms.ncols())));
+        lengths.extend(self.anchors.iter().map(|anchor| (anchor.name.clone(), anchor.q.len())));
+        for (what, found) in lengths {
+            if found != n {
+                return Err(ProblemError::Dimension { what, found, expected: n });
+            }
+        }
+        for anchor in &self.anchors {
+            for j in 0..n {
+                let value = anchor.q[j];
+                if !(self.limits.lower[j] <= value && value <= self.limits.upper[j]) {
+                    return Err(ProblemError::OutsideLimits { name: anchor.name.clone(), coordinate: j, value });
+                }
+            }
+            if !self.free.is_free(anchor.q.as_slice()) {
+                return Err(ProblemError::NotFree { name: anchor.name.clone() });
+            }
+        }
+        Ok(())
+    }
+}
