@@ -7,6 +7,7 @@
 
 use crate::assignment::{Assignment, TOL_VIOLATION, assign, price_of_violation, violation};
 use crate::fixed_regions::{ExactPlan, plan_in_regions};
+use crate::hull::Hulls;
 use crate::instance::Instance;
 use crate::kept_system::KeptSystem;
 use crate::node::Node;
@@ -96,6 +97,7 @@ pub fn search(
         instance,
         system: KeptSystem::new(instance.manipulation, &instance.start, &instance.goal, n_grasps),
         gap: limits.gap,
+        hulls: Hulls::default(),
         queue: BinaryHeap::new(),
         incumbent: None,
         closed_bound: f64::INFINITY,
@@ -136,6 +138,7 @@ struct Search<'a> {
     instance: &'a Instance<'a>,
     system: KeptSystem,
     gap: f64,
+    hulls: Hulls,
     queue: BinaryHeap<Queued>,
     incumbent: Option<ExactPlan>,
     /// Least proven bound of the nodes that were closed by it.
@@ -175,7 +178,7 @@ impl Search<'_> {
             return Ok(());
         }
         self.nodes += 1;
-        let (lower_bound, point) = match relax(self.instance, &node)? {
+        let (lower_bound, point) = match relax(self.instance, &mut self.hulls, &node)? {
             Relaxed::Infeasible => return Ok(()),
             Relaxed::Bounded { lower_bound, point } => (lower_bound, point),
         };
@@ -250,6 +253,10 @@ impl Search<'_> {
             .max_by(|a, b| a.1.total_cmp(&b.1).then(b.0.cmp(&a.0)));
         let violated_cut = assignment.and_then(|assignment| assignment.violated_cuts.first().copied());
         let children = match (worst, violated_cut) {
+            // The same node once more, tighter, before it is split.
+            (Some((_, miss)), cut) if !node.is_refined && (miss > TOL_VIOLATION || cut.is_none()) => {
+                vec![node.refined()]
+            }
             (Some((waypoint_idx, miss)), cut) if miss > TOL_VIOLATION || cut.is_none() => {
                 self.split_by_regions(&node, waypoint_idx)
             }

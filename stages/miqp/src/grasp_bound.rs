@@ -6,7 +6,8 @@
 //!    CG_free, `D_r = max f·(v - u)` over u, v in the hull of its sets CG ∩ CP ∩ P_j with F_transfer u = F_transfer v;
 //!    ℓ grasps change f by at most ℓ · max_r D_r. For the bottle cap f is the cap's angle.
 
-use crate::instance::Instance;
+use crate::hull::Hulls;
+use crate::instance::{Instance, WaypointSet};
 use crate::relaxation::add_polytope;
 use conic::{ConicError, ConicProgram, Settings, safe_farkas, safe_lower_bound, solve};
 use manipulation::{Enclosure, PathMode};
@@ -139,19 +140,24 @@ pub fn longest_transfer(instance: &Instance, f: &[f64]) -> Result<f64, ConicErro
     let classes: BTreeSet<Option<usize>> =
         inner.iter().map(|&idx| instance.class(PathMode::Transfer, idx)).collect();
     let mut longest = f64::NEG_INFINITY;
+    let mut hulls = Hulls::default();
     for class in classes {
         let members: Vec<usize> = inner
             .iter()
             .copied()
             .filter(|&idx| instance.class(PathMode::Transfer, idx) == class)
             .collect();
-        longest = longest.max(longest_transfer_within(instance, f, &members)?);
+        longest = longest.max(longest_transfer_within(instance, f, &hulls.blocks(instance, &members))?);
     }
     Ok(longest)
 }
 
-/// min -f·(v - u), u and v in the hull of the sets of `members` in perspective form, F_transfer u = F_transfer v.
-fn longest_transfer_within(instance: &Instance, f: &[f64], members: &[usize]) -> Result<f64, ConicError> {
+/// min -f·(v - u), u and v in the hull of `sets` in perspective form, F_transfer u = F_transfer v.
+fn longest_transfer_within(
+    instance: &Instance,
+    f: &[f64],
+    sets: &[WaypointSet],
+) -> Result<f64, ConicError> {
     let n = f.len();
     let mut program = ConicProgram::new(0);
     let (mut lower, mut upper) = (Vec::new(), Vec::new());
@@ -159,7 +165,7 @@ fn longest_transfer_within(instance: &Instance, f: &[f64], members: &[usize]) ->
     for sign in [1.0, -1.0] {
         let mut firsts = Vec::new();
         let mut weights = Vec::new();
-        for set in members.iter().filter_map(|&idx| instance.waypoint_sets[idx].as_ref()) {
+        for set in sets {
             let first = program.add_variables(n + 1);
             lower.extend(set.outer.lower.iter().map(|x| x.min(0.0)).chain([0.0]));
             upper.extend(set.outer.upper.iter().map(|x| x.max(0.0)).chain([1.0]));

@@ -5,7 +5,7 @@ use crate::error::MiqpError;
 use crate::exact::contains;
 use convex_sets::HPolyhedron;
 use ipc_types::artefact::LeafCut;
-use manipulation::{Manipulation, Outer, PathMode, proven_box, proven_contained};
+use manipulation::{Manipulation, Outer, PathMode, proven_box, proven_contained, solve};
 use nalgebra::DVector;
 
 /// A set that a grasp or release may lie in: CG ∩ CP ∩ P_j.
@@ -17,6 +17,8 @@ pub struct WaypointSet {
     pub polytope: HPolyhedron,
     /// A box proven to contain it.
     pub outer: Outer,
+    /// Some of its points, up to rounding: its extremes along the axes.
+    pub points: Vec<DVector<f64>>,
 }
 
 /// Task, sets and cuts.
@@ -88,9 +90,23 @@ fn waypoint_sets(manipulation: &Manipulation) -> Vec<Option<WaypointSet>> {
             let P = P.as_ref()?;
             let outer = proven_box(P, joint_box)?;
             let polytope = P.remove_redundant().unwrap_or_else(|_| P.clone());
-            Some(WaypointSet { region_idx, polytope, outer })
+            let points = extremes(&polytope, &outer);
+            Some(WaypointSet { region_idx, polytope, outer, points })
         })
         .collect()
+}
+
+/// Points of `P` that are extreme along the axes, up to rounding.
+fn extremes(P: &HPolyhedron, outer: &Outer) -> Vec<DVector<f64>> {
+    let n = P.ambient_dimension();
+    let directions = (0..2 * n).map(|idx| {
+        DVector::from_fn(n, |k, _| match (k == idx / 2, idx % 2) {
+            (false, _) => 0.0,
+            (true, 0) => 1.0,
+            (true, _) => -1.0,
+        })
+    });
+    directions.filter_map(|c| solve(&c, P, outer)?.optimal_point().cloned()).collect()
 }
 
 /// Drops a set that is proven to lie in another one of the same connected regions. With leaf cuts this stays right:

@@ -23,6 +23,7 @@ pub mod exact;
 pub mod fixed_regions;
 pub mod grasp_bound;
 mod grasp_plan;
+pub mod hull;
 pub mod instance;
 pub mod kept_system;
 pub mod node;

@@ -14,6 +14,8 @@ pub struct Node {
     pub lower_bound: f64,
     /// Branchings above it.
     pub depth: usize,
+    /// Whether its relaxation takes the hull of the sets themselves, not of polytopes around many of them.
+    pub is_refined: bool,
 }
 
 impl Node {
@@ -22,7 +24,7 @@ impl Node {
         let mut allowed = vec![instance.inner_regions(); 2 * n_grasps + 2];
         allowed[0] = instance.start_regions.clone();
         allowed[2 * n_grasps + 1] = instance.goal_regions.clone();
-        Self { allowed, exits: Vec::new(), lower_bound: 0.0, depth: 0 }
+        Self { allowed, exits: Vec::new(), lower_bound: 0.0, depth: 0, is_refined: false }
     }
 
     /// Removes regions of a waypoint that share no connected region with its neighbors, until none is left; `false`
@@ -41,6 +43,12 @@ impl Node {
             }
         }
         !self.allowed[0].is_empty()
+    }
+
+    /// The same node with the tighter relaxation.
+    pub fn refined(mut self) -> Self {
+        self.is_refined = true;
+        self
     }
 
     /// The part of the node in which waypoint `waypoint_idx` lies in one of `regions`.

@@ -9,12 +9,15 @@
 //! ```
 //!
 //! This is the hull of the union over r of the pairs, so what a single grasp can do at most holds in the relaxation
-//! already. With one set a waypoint it is the programme itself (thesis 2, Eq. 5.8 with regions fixed).
+//! already. With one set a waypoint it is the programme itself (thesis 2, Eq. 5.8 with regions fixed). A node that is not
+//! *refined* first tries polytopes around many sets instead of the sets ([`crate::hull`]): smaller, hardly weaker.
 
-use crate::instance::Instance;
+use crate::hull::{Hulls, sets};
+use crate::instance::{Instance, WaypointSet};
 use crate::kept_system::mode_of_segment;
 use crate::node::Node;
 use conic::{Affine, ConicError, ConicProgram, Settings, SolveStatus, safe_farkas, safe_lower_bound, solve};
+use manipulation::PathMode;
 use nalgebra::DVector;
 use std::collections::BTreeSet;
 
@@ -37,7 +40,7 @@ pub enum Relaxed {
 pub struct RelaxedPoint {
     /// x_0 … x_{2ℓ+1}.
     pub x: Vec<DVector<f64>>,
-    /// z_ij, in the order of `allowed[i]`.
+    /// z_ij, in the order of `allowed[i]`; sets that one block stands for share its weight.
     pub weights: Vec<Vec<f64>>,
 }
 
@@ -64,10 +67,18 @@ struct Builder<'a> {
 }
 
 /// Solves the relaxation of `node`.
-pub fn relax(instance: &Instance, node: &Node) -> Result<Relaxed, ConicError> {
+pub fn relax(instance: &Instance, hulls: &mut Hulls, node: &Node) -> Result<Relaxed, ConicError> {
     let mut builder = Builder::new(instance);
-    for waypoint_idx in 0..node.allowed.len() {
-        builder.add_waypoint(node, waypoint_idx);
+    let last = node.allowed.len() - 1;
+    for (waypoint_idx, allowed) in node.allowed.iter().enumerate() {
+        if waypoint_idx == 0 || waypoint_idx == last {
+            let q = if waypoint_idx == 0 { &instance.start } else { &instance.goal };
+            builder.add_end(q, allowed[0]);
+        } else if node.is_refined {
+            builder.add_waypoint(&sets(instance, allowed).cloned().collect::<Vec<_>>());
+        } else {
+            builder.add_waypoint(&hulls.blocks(instance, allowed));
+        }
     }
     for segment_idx in 0..node.allowed.len() - 1 {
         builder.add_segment(segment_idx);
@@ -75,7 +86,7 @@ pub fn relax(instance: &Instance, node: &Node) -> Result<Relaxed, ConicError> {
     for &(segment_idx, cut_idx, exit_idx) in &node.exits {
         builder.add_exit(segment_idx, cut_idx, exit_idx);
     }
-    builder.solve()
+    builder.solve(node)
 }
 
 impl<'a> Builder<'a> {
@@ -95,29 +106,26 @@ impl<'a> Builder<'a> {
         self.program.add_variables(lower.len())
     }
 
-    fn add_waypoint(&mut self, node: &Node, waypoint_idx: usize) {
-        let n = self.instance.manipulation.dim();
-        let last = node.allowed.len() - 1;
-        if waypoint_idx == 0 || waypoint_idx == last {
-            let q = if waypoint_idx == 0 { &self.instance.start } else { &self.instance.goal };
-            let first = self.add_variables(q.as_slice(), q.as_slice());
-            for k in 0..n {
-                self.program.add_equality(vec![(first + k, 1.0)], q[k]);
-            }
-            // Ends lie in their regions whatever x is; they weigh the connected region they share by 1.
-            let part = Part { region_idx: node.allowed[waypoint_idx][0], first, weight: None };
-            self.waypoints.push(WaypointVariables { first, parts: vec![part] });
-            return;
+    /// An end of the chain, given; `region_idx` is one of its regions, all of which share their connected region.
+    fn add_end(&mut self, q: &DVector<f64>, region_idx: usize) {
+        let first = self.add_variables(q.as_slice(), q.as_slice());
+        for k in 0..q.len() {
+            self.program.add_equality(vec![(first + k, 1.0)], q[k]);
         }
-        let allowed = &node.allowed[waypoint_idx];
-        let sets = || allowed.iter().filter_map(|&idx| self.instance.waypoint_sets[idx].as_ref());
-        let lower: Vec<f64> = (0..n).map(|k| sets().map(|s| s.outer.lower[k]).fold(f64::INFINITY, f64::min)).collect();
-        let upper: Vec<f64> =
-            (0..n).map(|k| sets().map(|s| s.outer.upper[k]).fold(f64::NEG_INFINITY, f64::max)).collect();
-        let sets: Vec<_> = sets().cloned().collect();
+        let part = Part { region_idx, first, weight: None };
+        self.waypoints.push(WaypointVariables { first, parts: vec![part] });
+    }
+
+    /// A waypoint in the hull of `sets`, of which there is at least one.
+    fn add_waypoint(&mut self, sets: &[WaypointSet]) {
+        let n = self.instance.manipulation.dim();
+        let least = |k: usize| sets.iter().map(|set| set.outer.lower[k]).fold(f64::INFINITY, f64::min);
+        let most = |k: usize| sets.iter().map(|set| set.outer.upper[k]).fold(f64::NEG_INFINITY, f64::max);
+        let lower: Vec<f64> = (0..n).map(least).collect();
+        let upper: Vec<f64> = (0..n).map(most).collect();
         let first = self.add_variables(&lower, &upper);
         let mut parts = Vec::with_capacity(sets.len());
-        for set in &sets {
+        for set in sets {
             let (part_first, weight) = if sets.len() == 1 {
                 (first, None)
             } else {
@@ -218,7 +226,7 @@ impl<'a> Builder<'a> {
         add_same_leaf(&mut self.program, manipulation.kept_forms(cut.mode), x, y);
     }
 
-    fn solve(self) -> Result<Relaxed, ConicError> {
+    fn solve(self, node: &Node) -> Result<Relaxed, ConicError> {
         let solution = solve(&self.program, &Settings::default())?;
         if solution.status == SolveStatus::PrimalInfeasible
             && safe_farkas(&self.program, &solution.y, &self.lower, &self.upper)
@@ -236,11 +244,26 @@ impl<'a> Builder<'a> {
             weights: self
                 .waypoints
                 .iter()
-                .map(|w| w.parts.iter().map(|part| part.weight.map_or(1.0, |z| solution.x[z])).collect())
+                .zip(&node.allowed)
+                .map(|(waypoint, allowed)| {
+                    allowed.iter().map(|&idx| self.weight_of(waypoint, idx, &solution.x)).collect()
+                })
                 .collect(),
         });
         // Squares are not negative, whatever the multipliers say.
         Ok(Relaxed::Bounded { lower_bound: lower_bound.max(0.0), point })
+    }
+}
+
+impl Builder<'_> {
+    /// Weight of the part that stands for region `idx`: its own, or the block of its connected regions.
+    fn weight_of(&self, waypoint: &WaypointVariables, idx: usize, x: &[f64]) -> f64 {
+        let classes = |idx: usize| {
+            (self.instance.class(PathMode::Transfer, idx), self.instance.class(PathMode::Transit, idx))
+        };
+        let own = waypoint.parts.iter().find(|part| part.region_idx == idx);
+        let part = own.or_else(|| waypoint.parts.iter().find(|part| classes(part.region_idx) == classes(idx)));
+        part.map_or(0.0, |part| part.weight.map_or(1.0, |z| x[z]))
     }
 }
 

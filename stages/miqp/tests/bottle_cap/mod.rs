@@ -1,5 +1,7 @@
 //! The bottle cap with regions made by hand from its known free intervals: boxes and slanted prisms over the cap's range.
 
+#![allow(dead_code, reason = "each test uses a part of it")]
+
 use convex_sets::HPolyhedron;
 use manipulation::{Manipulation, Outer};
 use nalgebra::{DMatrix, DVector};
