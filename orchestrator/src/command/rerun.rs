@@ -120,7 +120,7 @@ fn pipeline_reason(folder: &Path) -> Option<String> {
 
 fn accepted(run: &RunDirectory, record: &mut RunRecord) -> Result<ExitCode, Failure> {
     let request = stage_request(run, record, StageName::Gcs, &record.options);
-    let acceptance = pipeline::accept(&request.scene, record.task.as_deref(), run)?;
+    let acceptance = pipeline::accept(&request.scene, record.task.as_deref(), record.clearance, run)?;
     let exit_code = if acceptance.accepted { ExitCode::Done } else { ExitCode::Failed };
     record.outcome = Outcome {
         exit_code: exit_code.code(),

@@ -2,6 +2,19 @@
 //!
 //! [`plan`] runs all stages at once over channels; [`run_stage`] runs one stage alone on the files of a run.
 
+mod alone;
+mod certified;
+mod child;
+mod hub;
+mod interrupt;
+mod run;
+mod slot;
+mod stage_command;
+mod work_queue;
+
+pub use alone::run_stage;
+pub use hub::clean_dead;
+
 use crate::cli::CertifyMethod;
 use crate::failure::{ExitCode, Failure};
 use crate::run_directory::RunDirectory;
@@ -100,32 +113,24 @@ pub struct StageRequest {
     pub time_limit: Option<Duration>,
 }
 
-/// Plans: all stages at once, the artefacts in `run`. `Err` is bad input (exit 2) or a stage that failed (exit 4).
+/// Plans: all stages at once, the artefacts in `run`. `Err` is bad input (exit 2) or a stage that failed (exit 4). When
+/// this returns, no process and no shared memory of the run is left.
 pub fn plan(
     request: &PlanRequest,
     run: &RunDirectory,
     sink: &mut dyn ProgressSink,
 ) -> Result<PipelineOutcome, Failure> {
-    let _ = (request, run, sink);
-    Err(Failure::stage_failed("the pipeline is not complete yet"))
-}
-
-/// Runs one stage alone on files; the record says how long it took. `Err` is bad input or a failed stage; a negative
-/// answer and a limit stand in the record's exit code.
-pub fn run_stage(request: &StageRequest) -> Result<StageRecord, Failure> {
-    let _ = request;
-    Err(Failure::stage_failed("file mode is not complete yet"))
+    // What dead runs left must not fill the memory; that it cannot be removed is no reason not to plan.
+    let _ = clean_dead(false);
+    run::Run::start(request, run, sink)?.finish()
 }
 
 /// The acceptance check of a run (`regrasp-certify accept`), also for `regrasp rerun`.
-pub fn accept(scene: &Path, task: Option<&str>, run: &RunDirectory) -> Result<Acceptance, Failure> {
-    let _ = (scene, task, run);
-    Err(Failure::stage_failed("the acceptance check is not complete yet"))
-}
-
-/// Removes what dead runs left in shared memory (nodes and services of iceoryx2, the leftover `global_mgmt` segment);
-/// answers with their names. With `dry_run` nothing is removed.
-pub fn clean_dead(dry_run: bool) -> Result<Vec<String>, Failure> {
-    let _ = dry_run;
-    Err(Failure::stage_failed("cleaning is not complete yet"))
+pub fn accept(
+    scene: &Path,
+    task: Option<&str>,
+    clearance: Option<f64>,
+    run: &RunDirectory,
+) -> Result<Acceptance, Failure> {
+    alone::accept(scene, task, clearance, run, &interrupt::Watch::begin(None)?)
 }
