@@ -3,6 +3,7 @@
 use crate::cell::CellBox;
 use crate::pair_model::PairModel;
 use crate::pair_search::PairProof;
+use crate::row_program::RowProgram;
 use crate::rows::{Multipliers, RowBound, Rows};
 use convex_sets::HPolyhedron;
 use ipc_types::artefact::{Cell, PairCertificate, RowOrigin, SweptRow};
@@ -102,12 +103,17 @@ enum Origin {
 
 /// The faces, without those that others imply, and for each row that is used why it holds on them.
 fn faces(rows: &Rows, n_base: usize, limits: &CellBox, is_used: &[bool]) -> (Vec<Face>, Vec<Option<Origin>>) {
-    let is_limit = |row: usize| rows.a[row].iter().filter(|a| **a != 0.0).count() == 1 && row < n_base;
+    let is_limit = |row: usize| {
+        let mut entries = (0..limits.lower.len()).filter(|&j| rows.a[row][j] != 0.0);
+        let (Some(j), None) = (entries.next(), entries.next()) else { return false };
+        let (a, b) = (rows.a[row][j], rows.b[row]);
+        if a > 0.0 { b == a * limits.upper[j] } else { b == a * limits.lower[j] }
+    };
     let mut faces: Vec<Face> = (0..rows.len())
         .map(|row| Face { row, b: if row < n_base { rows.b[row] } else { rows.b[row] - CUT_SHIFT } })
         .collect();
     if rows.len() > n_base {
-        // Bounds of single coordinates stay; of the others the latest are tried first.
+        // Joint limits stay; of the others the latest are tried first. What has to hold is the row, not the moved face.
         let mut at = faces.len();
         while at > 0 {
             at -= 1;
@@ -115,7 +121,7 @@ fn faces(rows: &Rows, n_base: usize, limits: &CellBox, is_used: &[bool]) -> (Vec
                 continue;
             }
             let face = faces.remove(at);
-            if implied(rows, &faces, limits, &rows.a[face.row], face.b).is_none() {
+            if implied(rows, &faces, limits, &rows.a[face.row], rows.b[face.row]).is_none() {
                 faces.insert(at, face);
             }
         }
@@ -145,7 +151,11 @@ fn implied(rows: &Rows, faces: &[Face], limits: &CellBox, a: &[f64], b: f64) -> 
     };
     let faces = Rows::new(&polyhedron);
     let minus_a: Vec<f64> = a.iter().map(|a| -a).collect();
-    let RowBound::Bound { value, multipliers } = faces.minimize(limits, &minus_a) else { return None };
+    let RowBound::Bound { value, multipliers } =
+        faces.minimize(&mut RowProgram::default(), limits, &minus_a, f64::INFINITY)
+    else {
+        return None;
+    };
     // −a·δ ≥ value, so a·q ≤ a·center − value.
     let at_center: f64 = a.iter().enumerate().map(|(j, a)| a * limits.center(j)).sum();
     let size: f64 = multipliers.iter().map(|&(face, mu)| mu * (1.0 + faces.b[face as usize].abs())).sum();

@@ -12,6 +12,7 @@ use crate::guide::Guide;
 use crate::options::{CertifyOptions, Method};
 use crate::pair_model::PairModel;
 use crate::pair_search::{PairOutcome, PairProof, RegionData, search};
+use crate::row_program::RowProgram;
 use crate::rows::{Multipliers, RowBound, Rows};
 use convex_sets::HPolyhedron;
 use ipc_types::artefact::RegionCertificate;
@@ -19,6 +20,7 @@ use nalgebra::DVector;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use scene::{CollisionPair, Scene};
+use std::cell::OnceCell;
 
 /// A polytope of C-space that is believed to be free.
 #[derive(Debug, Clone)]
@@ -91,6 +93,8 @@ pub struct Certifier {
     seed: u64,
 }
 
+/// A cut leaves the centre this share of the distance that it had to the nearest face.
+const MIN_ROOM_SHARE: f64 = 0.05;
 /// Bounds of the region are moved outwards by this share of the range, so that multipliers prove them.
 const BOUND_SLACK: f64 = 1e-7;
 
@@ -131,13 +135,17 @@ impl Certifier {
         is_stopped: &dyn Fn() -> bool,
     ) -> Result<CertifyOutcome, CertifyError> {
         self.validate(candidate)?;
-        let mut rng = ChaCha8Rng::seed_from_u64(self.seed);
-        rng.set_stream(candidate.region_id);
         let rows = Rows::new(&candidate.polyhedron);
         let bounds = self.bounds(&rows);
         let n_samples = if self.options.cuts_allowed() { self.options.guide_samples } else { 0 };
-        let guide =
-            Guide::new(&candidate.polyhedron, &candidate.center, &purpose.spaces, n_samples, &mut rng);
+        // Regions that need no cut need no samples.
+        let samples: OnceCell<Guide> = OnceCell::new();
+        let guide = || {
+            let mut rng = ChaCha8Rng::seed_from_u64(self.seed);
+            rng.set_stream(candidate.region_id);
+            let (P, center) = (&candidate.polyhedron, &candidate.center);
+            samples.get_or_init(|| Guide::new(P, center, &purpose.spaces, n_samples, &mut rng)).clone()
+        };
         let center: Vec<f64> = candidate.center.iter().copied().collect();
         let keep: Vec<Vec<f64>> = purpose
             .keep
@@ -145,6 +153,7 @@ impl Certifier {
             .filter(|q| candidate.polyhedron.contains(q, 0.0))
             .map(|q| q.iter().copied().collect())
             .collect();
+        let room = (0..rows.len()).map(|row| rows.slack(row, &center)).fold(f64::INFINITY, f64::min);
         let region = RegionData {
             rows: &rows,
             limits: &self.limits,
@@ -152,6 +161,7 @@ impl Certifier {
             center: &center,
             keep: &keep,
             guide: &guide,
+            min_room: MIN_ROOM_SHARE * room,
         };
         let mut net = ControlNet::default();
         let mut proofs: Vec<PairProof> = Vec::with_capacity(self.pairs.len());
@@ -166,9 +176,13 @@ impl Certifier {
                 PairOutcome::Stopped => return Ok(CertifyOutcome::Stopped),
             }
         }
-        let mut kept = guide;
-        for (a, b) in proofs.iter().flat_map(|proof| &proof.cuts) {
-            kept.cut(a, *b);
+        let mut volume_kept = 1.0;
+        if proofs.iter().any(|proof| !proof.cuts.is_empty()) {
+            let mut kept = guide();
+            for (a, b) in proofs.iter().flat_map(|proof| &proof.cuts) {
+                kept.cut(a, *b);
+            }
+            volume_kept = kept.kept();
         }
         let n_cells = proofs.iter().map(|proof| proof.n_tried).sum();
         let n_cuts = proofs.iter().map(|proof| proof.cuts.len()).sum();
@@ -177,7 +191,7 @@ impl Certifier {
             polyhedron,
             center: candidate.center.clone(),
             certificate: RegionCertificate { region_id: candidate.region_id, rows, pairs },
-            volume_kept: kept.kept(),
+            volume_kept,
             n_cells,
             n_cuts,
         })))
@@ -211,10 +225,15 @@ impl Certifier {
     /// For each coordinate what the rows imply on both sides, where that is inside the joint limits.
     fn bounds(&self, rows: &Rows) -> Vec<[Option<(f64, Multipliers)>; 2]> {
         let n = self.limits.lower.len();
-        let bound = |j: usize, sign: f64| {
+        let mut program = RowProgram::default();
+        let mut bound = |j: usize, sign: f64| {
             let mut g = vec![0.0; n];
             g[j] = sign;
-            let RowBound::Bound { value, multipliers } = rows.minimize(&self.limits, &g) else { return None };
+            let RowBound::Bound { value, multipliers } =
+                rows.minimize(&mut program, &self.limits, &g, f64::INFINITY)
+            else {
+                return None;
+            };
             let slack = BOUND_SLACK * (self.limits.upper[j] - self.limits.lower[j]);
             (!multipliers.is_empty()).then(|| (self.limits.center(j) + sign * (value - slack), multipliers))
         };

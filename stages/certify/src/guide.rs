@@ -42,18 +42,16 @@ impl Guide {
         Self { strata }
     }
 
-    /// Whether the cut a·q ≤ b loses at most the share `loss` of the initial samples in each stratum.
-    pub fn allows(&self, a: &[f64], b: f64, loss: f64) -> bool {
-        self.strata.iter().all(|stratum| {
-            let limit = (loss * stratum.n_initial as f64) as usize;
-            stratum.n_lost(a, b) <= limit
-        })
-    }
-
-    /// The largest share of samples, of all that a stratum began with, that the cut loses.
-    pub fn loss(&self, a: &[f64], b: f64) -> f64 {
-        let share = |s: &Stratum| s.n_lost(a, b) as f64 / s.n_initial.max(1) as f64;
-        self.strata.iter().map(share).fold(0.0, f64::max)
+    /// The largest share of samples, of all that a stratum began with, that the cut a·q ≤ b loses; `None` if it is
+    /// more than `most`.
+    pub fn loss(&self, a: &[f64], b: f64, most: f64) -> Option<f64> {
+        let mut largest = 0.0_f64;
+        for stratum in &self.strata {
+            let n_initial = stratum.n_initial as f64;
+            let n_lost = stratum.n_lost(a, b, (most * n_initial) as usize)?;
+            largest = largest.max(n_lost as f64 / n_initial.max(1.0));
+        }
+        Some(largest)
     }
 
     /// Removes the samples that the cut loses.
@@ -118,8 +116,18 @@ impl Stratum {
         Self { points, n, n_initial }
     }
 
-    fn n_lost(&self, a: &[f64], b: f64) -> usize {
-        self.points.chunks_exact(self.n).filter(|q| dot(a, q) > b).count()
+    /// How many samples the cut loses; `None` if more than `most`.
+    fn n_lost(&self, a: &[f64], b: f64, most: usize) -> Option<usize> {
+        let mut n_lost = 0;
+        for q in self.points.chunks_exact(self.n) {
+            if dot(a, q) > b {
+                n_lost += 1;
+                if n_lost > most {
+                    return None;
+                }
+            }
+        }
+        Some(n_lost)
     }
 
     fn kept(&self) -> f64 {

@@ -12,6 +12,7 @@ mod guide;
 mod options;
 mod pair_model;
 mod pair_search;
+mod row_program;
 mod rows;
 mod separating_normal;
 mod side;

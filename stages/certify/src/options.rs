@@ -91,7 +91,11 @@ impl CertifyOptions {
         let lengths = [("thin", self.thin), ("give-up", self.give_up), ("cut-margin", self.cut_margin)];
         for (option, value) in lengths {
             if !(value > 0.0 && value.is_finite()) {
-                return Err(CertifyError::Option { option, value, remedy: "give a positive length in metres" });
+                return Err(CertifyError::Option {
+                    option,
+                    value,
+                    remedy: "give a positive length in metres",
+                });
             }
         }
         Ok(())

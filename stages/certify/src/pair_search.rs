@@ -9,13 +9,13 @@ use crate::control_net::{ControlNet, MAX_HALF_ANGLE};
 use crate::guide::Guide;
 use crate::options::CertifyOptions;
 use crate::pair_model::{PairModel, Plane};
+use crate::row_program::RowProgram;
 use crate::rows::{Multipliers, RowBound, Rows};
 use ipc_types::artefact::Cell;
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
 
 /// What all pairs of a region share.
-#[derive(Debug)]
 pub struct RegionData<'a> {
     /// Rows of the region as it came.
     pub rows: &'a Rows,
@@ -27,8 +27,10 @@ pub struct RegionData<'a> {
     pub center: &'a [f64],
     /// Further points that stay.
     pub keep: &'a [Vec<f64>],
-    /// Samples by which cuts are judged.
-    pub guide: &'a Guide,
+    /// Makes the samples by which cuts are judged, the same each time.
+    pub guide: &'a dyn Fn() -> Guide,
+    /// A cut leaves the centre at least this room.
+    pub min_room: f64,
 }
 
 /// A pair certified on what its cuts leave of the region.
@@ -99,7 +101,8 @@ struct Search<'a> {
     region: &'a RegionData<'a>,
     options: &'a CertifyOptions,
     rows: Rows,
-    guide: Guide,
+    guide: Option<Guide>,
+    program: RowProgram,
     frame_order: Vec<usize>,
     tree: CellTree,
     queue: BinaryHeap<Waiting>,
@@ -119,7 +122,8 @@ pub fn search(
         region,
         options,
         rows: region.rows.clone(),
-        guide: region.guide.clone(),
+        guide: None,
+        program: RowProgram::default(),
         frame_order: Vec::new(),
         tree: CellTree::new(),
         queue: BinaryHeap::new(),
@@ -166,7 +170,8 @@ impl Search<'_> {
                 (node, cell) = self.trim(node, cell, j, *at, side == 0, multipliers);
             }
         }
-        let samples: Vec<CellBox> = [0.05, 0.25].iter().map(|share| self.around_center(&cell, *share)).collect();
+        let samples: Vec<CellBox> =
+            [0.05, 0.25].iter().map(|share| self.around_center(&cell, *share)).collect();
         self.frame_order = self.model.frame_order(net, &samples);
         let size = self.model.size(&cell);
         self.queue.push(Waiting { size, node, cell });
@@ -230,7 +235,8 @@ impl Search<'_> {
                 self.close(node, frame_idx, &plane, false, Vec::new());
                 return Ok(());
             }
-            match self.rows.minimize(&cell, &plane.g) {
+            let enough = self.model.demand() - plane.kappa[1] + 1e-2 * self.model.margin;
+            match self.rows.minimize(&mut self.program, &cell, &plane.g, enough) {
                 RowBound::Empty(multipliers) => {
                     self.tree.close(node, Cell::Empty { multipliers });
                     return Ok(());
@@ -257,7 +263,8 @@ impl Search<'_> {
             }
         }
         if displacement < self.options.give_up {
-            let what = if self.options.cuts_allowed() { "no cut keeps the centre" } else { "cuts are forbidden" };
+            let what =
+                if self.options.cuts_allowed() { "no cut keeps the centre" } else { "cuts are forbidden" };
             return Err(format!("no plane separates the bodies around it, and {what}"));
         }
         match self.model.split_coordinate(frame_idx, &cell, &plane) {
@@ -377,43 +384,46 @@ impl Search<'_> {
         let norm = plane.g.iter().map(|g| g * g).sum::<f64>().sqrt();
         if norm > 0.0 {
             let at_center: f64 = plane.g.iter().enumerate().map(|(j, g)| g * cell.center(j)).sum();
-            let a: Vec<f64> = plane.g.iter().map(|g| -g / norm).collect();
+            // 0 − 0 is 0, not −0.
+            let a: Vec<f64> = plane.g.iter().map(|g| 0.0 - g / norm).collect();
             let b = (plane.kappa[1] - demand - at_center) / norm;
             candidates.push((a, b, None, vec![(self.rows.len() as u32, norm)]));
         }
-        candidates.retain(|(a, b, ..)| self.keeps(a, *b) && self.guide.allows(a, *b, loss));
+        let guide = self.guide.get_or_insert_with(self.region.guide);
+        let room = guide.least_kept() - self.options.min_kept;
+        let mut judged: Vec<(f64, usize)> = Vec::new();
+        for (position, (a, b, ..)) in candidates.iter().enumerate() {
+            if keeps(self.region, a, *b)
+                && let Some(loss) = guide.loss(a, *b, loss.min(room))
+            {
+                judged.push((loss, position));
+            }
+        }
         // Moved faces come first: of cuts that lose the same they leave fewer faces.
-        let losses: Vec<f64> = candidates.iter().map(|(a, b, ..)| self.guide.loss(a, *b)).collect();
-        let mut order: Vec<usize> = (0..candidates.len()).collect();
-        order.sort_by(|&i, &k| losses[i].total_cmp(&losses[k]).then(i.cmp(&k)));
-        for i in order {
-            let (a, b, superseded, multipliers) = candidates[i].clone();
-            let mut rows = self.rows.clone();
-            rows.push(a.clone(), b, superseded);
-            let bound = rows.bound(cell, &plane.g, &multipliers);
+        judged.sort_by(|x, y| x.0.total_cmp(&y.0).then(x.1.cmp(&y.1)));
+        for (_, position) in judged {
+            let (a, b, superseded, multipliers) = candidates[position].clone();
+            self.rows.push(a, b, superseded);
+            let bound = self.rows.bound(cell, &plane.g, &multipliers);
             if plane.kappa[1] + bound > self.model.demand() {
-                self.rows = rows;
-                self.guide.cut(&a, b);
+                let row = self.rows.len() - 1;
+                if let Some(guide) = &mut self.guide {
+                    guide.cut(&self.rows.a[row], self.rows.b[row]);
+                }
                 self.close(node, frame_idx, plane, true, multipliers);
                 return true;
             }
+            self.rows.pop(superseded);
         }
         false
     }
-
-    /// Whether the cut keeps the centre well inside, the points to keep, and enough of the region.
-    fn keeps(&self, a: &[f64], b: f64) -> bool {
-        let slack = |q: &[f64]| b - a.iter().zip(q).map(|(a, q)| a * q).sum::<f64>();
-        let q = self.region.center;
-        let room = (0..self.region.rows.len()).map(|row| self.region.rows.slack(row, q));
-        let room = room.fold(f64::INFINITY, f64::min);
-        slack(q) > MIN_ROOM_SHARE * room
-            && self.region.keep.iter().all(|q| slack(q) >= MIN_ROOM_KEPT)
-            && self.guide.least_kept() - self.guide.loss(a, b) >= self.options.min_kept
-    }
 }
 
-/// A cut leaves the centre this share of the distance that it had to the nearest face.
-const MIN_ROOM_SHARE: f64 = 0.05;
+/// Whether the cut keeps the centre well inside, and the points to keep.
+fn keeps(region: &RegionData<'_>, a: &[f64], b: f64) -> bool {
+    let slack = |q: &[f64]| b - a.iter().zip(q).map(|(a, q)| a * q).sum::<f64>();
+    slack(region.center) > region.min_room && region.keep.iter().all(|q| slack(q) >= MIN_ROOM_KEPT)
+}
+
 /// A cut stays this far from points to keep.
 const MIN_ROOM_KEPT: f64 = 1e-9;

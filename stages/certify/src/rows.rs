@@ -1,9 +1,8 @@
 //! Rows a·q ≤ b that hold on a region, and what they bound on a cell.
 
 use crate::cell::CellBox;
+use crate::row_program::{RowProgram, Verdict};
 use convex_sets::HPolyhedron;
-use convex_sets::lp::{LinearProgram, LpOutcome};
-use nalgebra::{DMatrix, DVector};
 
 /// Multipliers: (row, μ ≥ 0).
 pub type Multipliers = Vec<(u32, f64)>;
@@ -17,9 +16,6 @@ pub struct Rows {
     pub b: Vec<f64>,
     /// The rows that programmes use, by index; a row that another dominates is left out.
     active: Vec<u32>,
-    /// The active rows as a matrix.
-    A_active: DMatrix<f64>,
-    b_active: DVector<f64>,
 }
 
 /// What a programme over cell ∩ region said.
@@ -44,8 +40,6 @@ impl Rows {
             a: (0..m).map(|i| polyhedron.A.row(i).iter().copied().collect()).collect(),
             b: polyhedron.b.iter().copied().collect(),
             active: (0..m as u32).collect(),
-            A_active: polyhedron.A.clone(),
-            b_active: polyhedron.b.clone(),
         }
     }
 
@@ -61,10 +55,16 @@ impl Rows {
         self.b.push(b);
         self.active.retain(|&row| Some(row) != superseded);
         self.active.push(index);
-        let (m, n) = (self.active.len(), self.A_active.ncols());
-        self.A_active = DMatrix::from_fn(m, n, |i, j| self.a[self.active[i] as usize][j]);
-        self.b_active = DVector::from_fn(m, |i, _| self.b[self.active[i] as usize]);
         index
+    }
+
+    /// Takes the last row back, which had made `superseded` superfluous.
+    pub fn pop(&mut self, superseded: Option<u32>) {
+        self.a.pop();
+        self.b.pop();
+        self.active.pop();
+        self.active.extend(superseded);
+        self.active.sort_unstable();
     }
 
     /// b − a·q of row `row`.
@@ -95,24 +95,16 @@ impl Rows {
         if value.is_nan() { f64::NEG_INFINITY } else { value }
     }
 
-    /// min { g·δ : q ∈ cell ∩ region } by its multipliers.
-    pub fn minimize(&self, cell: &CellBox, g: &[f64]) -> RowBound {
-        let lower = DVector::from_column_slice(&cell.lower);
-        let upper = DVector::from_column_slice(&cell.upper);
-        let program = LinearProgram::new(&self.A_active, &self.b_active, &lower, &upper);
-        let named = |y: &DVector<f64>| -> Multipliers {
-            y.iter().zip(&self.active).filter(|(y, _)| **y > 0.0).map(|(&y, &row)| (row, y)).collect()
-        };
-        let multipliers = match program.minimize(&DVector::from_column_slice(g)) {
-            LpOutcome::Optimal { multipliers, .. } => named(&multipliers),
-            LpOutcome::Infeasible { farkas } => {
-                let multipliers = named(&farkas);
+    /// min { g·δ : q ∈ cell ∩ region } by its multipliers; it may stop once the bound exceeds `enough`.
+    pub fn minimize(&self, program: &mut RowProgram, cell: &CellBox, g: &[f64], enough: f64) -> RowBound {
+        let multipliers = match program.minimize(self, cell, g, enough) {
+            Verdict::Bound(multipliers) => multipliers,
+            Verdict::Infeasible(multipliers) => {
                 if self.excludes(cell, &multipliers) {
                     return RowBound::Empty(multipliers);
                 }
                 Vec::new()
             }
-            LpOutcome::Undecided { .. } => Vec::new(),
         };
         RowBound::Bound { value: self.bound(cell, g, &multipliers), multipliers }
     }
