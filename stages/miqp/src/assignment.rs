@@ -61,7 +61,9 @@ pub fn assign(
     }
     let is_cut = |segment_idx: usize, a: usize, b: usize| -> bool {
         instance.cuts.iter().enumerate().any(|(cut_idx, cut)| {
-            cut.mode == mode_of_segment(segment_idx) && cut.parts(a, b) && passed[segment_idx][cut_idx].is_none()
+            cut.mode == mode_of_segment(segment_idx)
+                && cut.parts(a, b)
+                && passed[segment_idx][cut_idx].is_none()
         })
     };
     let regions = cheapest_sequence(instance, node, &price, is_cut)
@@ -116,7 +118,8 @@ fn cheapest_sequence(
         best = next;
         origin.push(next_origin);
     }
-    let mut position = (0..best.len()).filter(|&p| best[p].is_finite()).min_by(|&a, &b| best[a].total_cmp(&best[b]))?;
+    let mut position =
+        (0..best.len()).filter(|&p| best[p].is_finite()).min_by(|&a, &b| best[a].total_cmp(&best[b]))?;
     let mut regions = vec![node.allowed[node.allowed.len() - 1][position]];
     for segment_idx in (0..origin.len()).rev() {
         position = origin[segment_idx][position];

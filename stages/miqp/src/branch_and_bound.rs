@@ -105,7 +105,10 @@ pub fn search(
         nodes: 0,
         n_undecided: 0,
     };
-    search.push(Node::root(instance, n_grasps));
+    // Kept forms that contradict each other need no search: elimination is exact.
+    if !search.system.is_contradictory() {
+        search.push(Node::root(instance, n_grasps));
+    }
     let mut is_complete = true;
     let mut is_canceled = false;
     while let Some(queued) = search.queue.pop() {
@@ -219,7 +222,8 @@ impl Search<'_> {
                 }
                 1.0 - point.weights[waypoint_idx].get(position).copied().unwrap_or(0.0)
             });
-            if let Some(assignment) = by_weight.filter(|assignment| Some(assignment) != by_violation.as_ref()) {
+            if let Some(assignment) = by_weight.filter(|assignment| Some(assignment) != by_violation.as_ref())
+            {
                 self.try_regions(&assignment)?;
             }
         }
@@ -253,12 +257,14 @@ impl Search<'_> {
             .max_by(|a, b| a.1.total_cmp(&b.1).then(b.0.cmp(&a.0)));
         let violated_cut = assignment.and_then(|assignment| assignment.violated_cuts.first().copied());
         let children = match (worst, violated_cut) {
-            // The same node once more, tighter, before it is split.
-            (Some((_, miss)), cut) if !node.is_refined && (miss > TOL_VIOLATION || cut.is_none()) => {
-                vec![node.refined()]
-            }
             (Some((waypoint_idx, miss)), cut) if miss > TOL_VIOLATION || cut.is_none() => {
-                self.split_by_regions(&node, waypoint_idx)
+                let is_mixed = self.grasp_classes(&node, waypoint_idx).len() > 1;
+                if is_mixed || node.is_refined {
+                    self.split_by_regions(&node, waypoint_idx)
+                } else {
+                    // The same node once more, tighter, before regions are told apart.
+                    vec![node.refined()]
+                }
             }
             (_, Some((segment_idx, cut_idx))) => node.split_by_cut(self.instance, segment_idx, cut_idx),
             _ => match self.unresolved_cut(&node) {
@@ -275,16 +281,22 @@ impl Search<'_> {
 
     /// One child for each connected region of CG_free if there are several, else one for each region.
     fn split_by_regions(&self, node: &Node, waypoint_idx: usize) -> Vec<Node> {
-        let mut by_class: BTreeMap<Option<usize>, Vec<usize>> = BTreeMap::new();
-        for &region_idx in &node.allowed[waypoint_idx] {
-            by_class.entry(self.instance.class(PathMode::Transfer, region_idx)).or_default().push(region_idx);
-        }
+        let by_class = self.grasp_classes(node, waypoint_idx);
         let groups: Vec<Vec<usize>> = if by_class.len() > 1 {
             by_class.into_values().collect()
         } else {
             node.allowed[waypoint_idx].iter().map(|&region_idx| vec![region_idx]).collect()
         };
         groups.into_iter().map(|regions| node.restricted(waypoint_idx, regions)).collect()
+    }
+
+    /// Allowed regions of a waypoint by connected region of CG_free.
+    fn grasp_classes(&self, node: &Node, waypoint_idx: usize) -> BTreeMap<Option<usize>, Vec<usize>> {
+        let mut by_class: BTreeMap<Option<usize>, Vec<usize>> = BTreeMap::new();
+        for &region_idx in &node.allowed[waypoint_idx] {
+            by_class.entry(self.instance.class(PathMode::Transfer, region_idx)).or_default().push(region_idx);
+        }
+        by_class
     }
 
     /// A segment and a cut that the node neither satisfies by its regions nor by an exit.

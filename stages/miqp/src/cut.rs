@@ -45,7 +45,8 @@ impl Cut {
         region_ids: &[u64],
         cuts: &[LeafCut],
     ) -> Result<Vec<Self>, MiqpError> {
-        let idx_of: BTreeMap<u64, usize> = region_ids.iter().enumerate().map(|(idx, &id)| (id, idx)).collect();
+        let idx_of: BTreeMap<u64, usize> =
+            region_ids.iter().enumerate().map(|(idx, &id)| (id, idx)).collect();
         let mut distinct: BTreeMap<(PathMode, Vec<usize>), Self> = BTreeMap::new();
         for (cut_idx, cut) in cuts.iter().enumerate() {
             let mut inside = Vec::with_capacity(cut.reached.len());
@@ -58,9 +59,7 @@ impl Cut {
                 Mode::Transit => PathMode::Transit,
                 Mode::Transfer => PathMode::Transfer,
             };
-            distinct
-                .entry((mode, inside.clone()))
-                .or_insert_with(|| Self::new(manipulation, mode, &inside));
+            distinct.entry((mode, inside.clone())).or_insert_with(|| Self::new(manipulation, mode, &inside));
         }
         Ok(distinct.into_values().collect())
     }

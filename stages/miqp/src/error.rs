@@ -9,7 +9,9 @@ pub enum MiqpError {
     #[error(transparent)]
     Manipulation(#[from] manipulation::ManipulationError),
     /// A cut over regions that are not there.
-    #[error("cut {cut_idx} names region {region_id}, which is not among the regions: cuts belong to the regions they were found with")]
+    #[error(
+        "cut {cut_idx} names region {region_id}, which is not among the regions: cuts belong to the regions they were found with"
+    )]
     UnknownRegion {
         /// Position of the cut.
         cut_idx: usize,

@@ -27,7 +27,8 @@ fn dot<'a>(a: impl Iterator<Item = &'a f64>, x: impl Iterator<Item = &'a f64>) -
 pub fn contains(P: &HPolyhedron, x: &DVector<f64>) -> bool {
     x.iter().all(|x| x.is_finite())
         && (contains_exactly(P, x)
-            || (0..P.n_faces()).all(|row_idx| dot(P.A.row(row_idx).iter(), x.iter()) <= rational(P.b[row_idx])))
+            || (0..P.n_faces())
+                .all(|row_idx| dot(P.A.row(row_idx).iter(), x.iter()) <= rational(P.b[row_idx])))
 }
 
 /// Whether `F x = F y` in exact arithmetic.
@@ -43,7 +44,10 @@ mod tests {
     fn membership_is_decided_on_a_face() {
         // 0.1 + 0.2 is less than the double 0.30000000000000004 and more than the double 0.3.
         let x = DVector::from_vec(vec![0.1, 0.2]);
-        let face = |b: f64| HPolyhedron { A: DMatrix::from_row_slice(1, 2, &[1.0, 1.0]), b: DVector::from_vec(vec![b]) };
+        let face = |b: f64| HPolyhedron {
+            A: DMatrix::from_row_slice(1, 2, &[1.0, 1.0]),
+            b: DVector::from_vec(vec![b]),
+        };
         assert!(contains(&face(0.30000000000000004), &x));
         assert!(!contains(&face(0.3), &x));
     }

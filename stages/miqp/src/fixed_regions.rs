@@ -65,8 +65,13 @@ fn is_plan(instance: &Instance, x: &[DVector<f64>], regions: &[usize]) -> bool {
             let (from, to) = (&x[segment_idx], &x[segment_idx + 1]);
             same_leaf(F, from, to)
                 || F.row_iter().all(|form| {
-                    let size: f64 = form.iter().zip(from.iter().zip(to.iter())).map(|(f, (a, b))| (f * a).abs() + (f * b).abs()).sum();
-                    let change: f64 = form.iter().zip(from.iter().zip(to.iter())).map(|(f, (a, b))| f * (b - a)).sum();
+                    let size: f64 = form
+                        .iter()
+                        .zip(from.iter().zip(to.iter()))
+                        .map(|(f, (a, b))| (f * a).abs() + (f * b).abs())
+                        .sum();
+                    let change: f64 =
+                        form.iter().zip(from.iter().zip(to.iter())).map(|(f, (a, b))| f * (b - a)).sum();
                     change.abs() <= 8.0 * f64::EPSILON * size
                 })
         })
@@ -130,7 +135,12 @@ fn moved_in(
         .collect();
     let mut b = P.b.select_rows(&kept);
     for (idx, &row_idx) in kept.iter().enumerate() {
-        let extent: f64 = P.A.row(row_idx).iter().enumerate().map(|(k, a)| a.abs() * (joint_box.upper[k] - joint_box.lower[k])).sum();
+        let extent: f64 =
+            P.A.row(row_idx)
+                .iter()
+                .enumerate()
+                .map(|(k, a)| a.abs() * (joint_box.upper[k] - joint_box.lower[k]))
+                .sum();
         b[idx] -= margin * extent;
     }
     HPolyhedron { A: P.A.select_rows(&kept), b }

@@ -56,10 +56,14 @@ fn bound_by_regions(instance: &Instance) -> GraspBound {
     let start = transit(instance.start_regions[0]);
     let goal = transit(instance.goal_regions[0]);
     if !inner.iter().any(|&idx| transit(idx) == start) {
-        return never("grasps are missing: the connected region of CP_free that holds the start has no grasp");
+        return never(
+            "grasps are missing: the connected region of CP_free that holds the start has no grasp",
+        );
     }
     if !inner.iter().any(|&idx| transit(idx) == goal) {
-        return never("grasps are missing: the connected region of CP_free that holds the goal has no release");
+        return never(
+            "grasps are missing: the connected region of CP_free that holds the goal has no release",
+        );
     }
     let mut resting = BTreeSet::from([start]);
     for n_grasps in 1.. {
@@ -70,7 +74,8 @@ fn bound_by_regions(instance: &Instance) -> GraspBound {
         // From a region without a grasp nothing leads on, so the goal counts as reached only by a transfer.
         let released = inner.iter().any(|&idx| held.contains(&transfer(idx)) && transit(idx) == goal);
         if released {
-            let reason = "fewer grasps do not lead from the start's connected region to the goal's".to_owned();
+            let reason =
+                "fewer grasps do not lead from the start's connected region to the goal's".to_owned();
             return GraspBound::AtLeast { n_grasps, reason };
         }
         if reached == resting {
@@ -78,7 +83,9 @@ fn bound_by_regions(instance: &Instance) -> GraspBound {
         }
         resting = reached;
     }
-    never("paths are missing: no sequence of connected regions of CP_free and CG_free leads from start to goal")
+    never(
+        "paths are missing: no sequence of connected regions of CP_free and CG_free leads from start to goal",
+    )
 }
 
 fn bound_by_transfer(instance: &Instance, names: &[String]) -> Result<GraspBound, ConicError> {
@@ -106,7 +113,7 @@ fn bound_by_transfer(instance: &Instance, names: &[String]) -> Result<GraspBound
                 "grasps are missing: no transfer in CG_free changes {words}, the task asks for {needed:.4}"
             )));
         }
-        let Some(n_grasps) = least_count(needed, longest) else { continue };
+        let n_grasps = least_count(needed, longest);
         if let GraspBound::AtLeast { n_grasps: best, .. } = bound
             && n_grasps > best
         {
@@ -120,18 +127,15 @@ fn bound_by_transfer(instance: &Instance, names: &[String]) -> Result<GraspBound
     Ok(bound)
 }
 
-/// The least ℓ with ℓ · `longest` ≥ `needed`, rounded so that it is never too large.
-fn least_count(needed: f64, longest: f64) -> Option<usize> {
-    let quotient = needed / longest;
-    if !quotient.is_finite() || quotient > 1e6 {
-        return None;
-    }
+/// The least ℓ with ℓ · `longest` ≥ `needed`, both positive, rounded so that it is never too large; not above a million.
+fn least_count(needed: f64, longest: f64) -> usize {
+    let quotient = (needed / longest).min(1e6);
     let mut n_grasps = (quotient.ceil() as usize).max(1);
     // The quotient is rounded: step back while fewer grasps cannot be excluded.
     while n_grasps > 1 && ((n_grasps - 1) as f64 * longest).next_up() >= needed {
         n_grasps -= 1;
     }
-    Some(n_grasps)
+    n_grasps
 }
 
 /// A number that is at least `max f·(v - u)` over pairs in one connected region of CG_free with equal kept forms.
@@ -142,22 +146,15 @@ pub fn longest_transfer(instance: &Instance, f: &[f64]) -> Result<f64, ConicErro
     let mut longest = f64::NEG_INFINITY;
     let mut hulls = Hulls::default();
     for class in classes {
-        let members: Vec<usize> = inner
-            .iter()
-            .copied()
-            .filter(|&idx| instance.class(PathMode::Transfer, idx) == class)
-            .collect();
+        let members: Vec<usize> =
+            inner.iter().copied().filter(|&idx| instance.class(PathMode::Transfer, idx) == class).collect();
         longest = longest.max(longest_transfer_within(instance, f, &hulls.blocks(instance, &members))?);
     }
     Ok(longest)
 }
 
 /// min -f·(v - u), u and v in the hull of `sets` in perspective form, F_transfer u = F_transfer v.
-fn longest_transfer_within(
-    instance: &Instance,
-    f: &[f64],
-    sets: &[WaypointSet],
-) -> Result<f64, ConicError> {
+fn longest_transfer_within(instance: &Instance, f: &[f64], sets: &[WaypointSet]) -> Result<f64, ConicError> {
     let n = f.len();
     let mut program = ConicProgram::new(0);
     let (mut lower, mut upper) = (Vec::new(), Vec::new());

@@ -81,7 +81,15 @@ pub fn plan(
     if let Some(regions) = transit_alone(&instance) {
         let x = [instance.start.clone(), instance.goal.clone()];
         let cost = cost_above(&x);
-        return Ok(PlanOutcome::Settled(plan_file(question, PlanStatus::Optimal, &x, &regions, cost, cost, Vec::new())));
+        return Ok(PlanOutcome::Settled(plan_file(
+            question,
+            PlanStatus::Optimal,
+            &x,
+            &regions,
+            cost,
+            cost,
+            Vec::new(),
+        )));
     }
     let max_grasps = if options.max_grasps > 0 { options.max_grasps } else { question.max_grasps };
     let bound = grasp_bound(&instance, question.coordinates)?;
@@ -177,7 +185,9 @@ fn describe(n_grasps: usize, outcome: &SearchOutcome, n_cuts: usize, options: &M
                  {n_cuts} leaf cuts exclude them"
             )
         } else {
-            format!("grasps are missing: no choice of regions satisfies the constraints ({nodes} nodes closed by proof)")
+            format!(
+                "grasps are missing: no choice of regions satisfies the constraints ({nodes} nodes closed by proof)"
+            )
         };
         (TriedStatus::Infeasible, reason)
     } else if cost.is_some() && is_closed {
@@ -186,7 +196,10 @@ fn describe(n_grasps: usize, outcome: &SearchOutcome, n_cuts: usize, options: &M
         (open_status(cost), "stopped before the search ended".to_owned())
     } else if outcome.is_complete || outcome.n_undecided > 0 {
         let n = outcome.n_undecided;
-        (open_status(cost), format!("{n} choices of regions touch their faces to within rounding and stay undecided"))
+        (
+            open_status(cost),
+            format!("{n} choices of regions touch their faces to within rounding and stay undecided"),
+        )
     } else {
         (open_status(cost), format!("the limit of {} nodes was reached", options.max_nodes))
     };

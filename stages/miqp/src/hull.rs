@@ -91,7 +91,12 @@ fn polytope_around(sets: &[&WaypointSet]) -> WaypointSet {
 
 /// The offset with which `normal · x ≤ offset` is proven for all sets, if it is that of the face's own set or hardly
 /// more. Known points of the other sets refute most faces without an LP.
-fn shared_offset(sets: &[&WaypointSet], own_idx: usize, normal: &DVector<f64>, own_offset: f64) -> Option<f64> {
+fn shared_offset(
+    sets: &[&WaypointSet],
+    own_idx: usize,
+    normal: &DVector<f64>,
+    own_offset: f64,
+) -> Option<f64> {
     let extent = |outer: &Outer| -> f64 {
         (0..normal.len()).map(|k| normal[k].abs() * (outer.upper[k] - outer.lower[k])).sum()
     };

@@ -117,7 +117,9 @@ fn without_dominated(
 ) -> Vec<Option<WaypointSet>> {
     for a in 0..sets.len() {
         let dominated = (0..sets.len()).filter(|&b| b != a).any(|b| {
-            let (Some(inner), Some(other)) = (&sets[a], &manipulation.grasp_placement[b]) else { return false };
+            let (Some(inner), Some(other)) = (&sets[a], &manipulation.grasp_placement[b]) else {
+                return false;
+            };
             sets[b].is_some()
                 && [PathMode::Transit, PathMode::Transfer]
                     .iter()

@@ -44,7 +44,12 @@ pub struct KeptSystem {
 
 impl KeptSystem {
     /// The system of `n_grasps` grasps from `start` to `goal`.
-    pub fn new(manipulation: &Manipulation, start: &DVector<f64>, goal: &DVector<f64>, n_grasps: usize) -> Self {
+    pub fn new(
+        manipulation: &Manipulation,
+        start: &DVector<f64>,
+        goal: &DVector<f64>,
+        n_grasps: usize,
+    ) -> Self {
         let n = manipulation.dim();
         let n_waypoints = 2 * n_grasps;
         let reach: Vec<f64> = (0..n)
@@ -103,10 +108,12 @@ impl KeptSystem {
                         None => value(unknown),
                         Some(dependent_idx) => {
                             let dependent = &self.dependents[dependent_idx];
-                            let sum = dependent.terms.iter().fold(
-                                dependent.constant.clone(),
-                                |sum, (&free, coefficient)| sum + coefficient * rational(value(free)),
-                            );
+                            let sum = dependent
+                                .terms
+                                .iter()
+                                .fold(dependent.constant.clone(), |sum, (&free, coefficient)| {
+                                    sum + coefficient * rational(value(free))
+                                });
                             nearest(&sum)
                         }
                     }
@@ -118,11 +125,9 @@ impl KeptSystem {
     /// Adds an equation, reduced by those that are there; a new pivot, if any unknown remains.
     fn add(&mut self, mut equation: Equation, reach: &[f64]) {
         // A substituted term may bring in a later pivot again, so reduce until none is left.
-        while let Some((&unknown, dependent_idx)) = equation
-            .terms
-            .iter()
-            .find_map(|(unknown, _)| self.dependent_of[*unknown].map(|dependent_idx| (unknown, dependent_idx)))
-        {
+        while let Some((&unknown, dependent_idx)) = equation.terms.iter().find_map(|(unknown, _)| {
+            self.dependent_of[*unknown].map(|dependent_idx| (unknown, dependent_idx))
+        }) {
             let Some(factor) = equation.terms.remove(&unknown) else { break };
             let dependent = &self.dependents[dependent_idx];
             equation.constant -= &factor * &dependent.constant;
@@ -169,7 +174,9 @@ impl KeptSystem {
             }
             self.dependents[dependent_idx] = dependent;
         }
-        debug_assert!(self.dependents.iter().enumerate().all(|(k, d)| self.dependent_of[d.unknown] == Some(k)));
+        debug_assert!(
+            self.dependents.iter().enumerate().all(|(k, d)| self.dependent_of[d.unknown] == Some(k))
+        );
     }
 }
 

@@ -16,7 +16,7 @@ use crate::hull::{Hulls, sets};
 use crate::instance::{Instance, WaypointSet};
 use crate::kept_system::mode_of_segment;
 use crate::node::Node;
-use conic::{Affine, ConicError, ConicProgram, Settings, SolveStatus, safe_farkas, safe_lower_bound, solve};
+use conic::{Affine, ConicError, ConicProgram, Settings, safe_farkas, safe_lower_bound, solve};
 use manipulation::PathMode;
 use nalgebra::DVector;
 use std::collections::BTreeSet;
@@ -228,7 +228,8 @@ impl<'a> Builder<'a> {
 
     fn solve(self, node: &Node) -> Result<Relaxed, ConicError> {
         let solution = solve(&self.program, &Settings::default())?;
-        if solution.status == SolveStatus::PrimalInfeasible
+        // Whatever the status: only the inequality counts.
+        if !solution.status.has_solution()
             && safe_farkas(&self.program, &solution.y, &self.lower, &self.upper)
         {
             return Ok(Relaxed::Infeasible);
@@ -239,7 +240,11 @@ impl<'a> Builder<'a> {
             x: self
                 .waypoints
                 .iter()
-                .map(|w| DVector::from_column_slice(&solution.x[w.first..w.first + self.instance.manipulation.dim()]))
+                .map(|w| {
+                    DVector::from_column_slice(
+                        &solution.x[w.first..w.first + self.instance.manipulation.dim()],
+                    )
+                })
                 .collect(),
             weights: self
                 .waypoints
@@ -262,7 +267,8 @@ impl Builder<'_> {
             (self.instance.class(PathMode::Transfer, idx), self.instance.class(PathMode::Transit, idx))
         };
         let own = waypoint.parts.iter().find(|part| part.region_idx == idx);
-        let part = own.or_else(|| waypoint.parts.iter().find(|part| classes(part.region_idx) == classes(idx)));
+        let part =
+            own.or_else(|| waypoint.parts.iter().find(|part| classes(part.region_idx) == classes(idx)));
         part.map_or(0.0, |part| part.weight.map_or(1.0, |z| x[z]))
     }
 }

@@ -16,14 +16,16 @@ impl Stage for MiqpStage {
     type Options = MiqpOptions;
 
     const NAME: StageName = StageName::Miqp;
-    const ABOUT: &'static str = "Fewest grasps that bring the object to its goal, by a mixed-integer quadratic programme";
+    const ABOUT: &'static str =
+        "Fewest grasps that bring the object to its goal, by a mixed-integer quadratic programme";
     const READS: &'static [Input] = &[Input::Regions, Input::Cuts];
 
     fn run(&mut self, job: &Job, options: &MiqpOptions, host: &mut Host) -> Result<Outcome, StageError> {
         let task = job.task()?;
         let mut polytopes = Vec::with_capacity(job.regions.len());
         for region in &job.regions {
-            let region = wire::Region::from_artefact(region, job.scene.dim()).map_err(StageError::bad_input)?;
+            let region =
+                wire::Region::from_artefact(region, job.scene.dim()).map_err(StageError::bad_input)?;
             polytopes.push(region.polyhedron);
         }
         let region_ids: Vec<u64> = job.regions.iter().map(|region| region.id).collect();

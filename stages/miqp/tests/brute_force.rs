@@ -73,7 +73,9 @@ fn enumerate(instance: &Instance, n_grasps: usize) -> Option<f64> {
                 allowed
                     .iter()
                     .filter(|&&b| {
-                        chosen.last().is_none_or(|&a| instance.connected(mode_of_segment(waypoint_idx - 1), a, b))
+                        chosen
+                            .last()
+                            .is_none_or(|&a| instance.connected(mode_of_segment(waypoint_idx - 1), a, b))
                     })
                     .map(|&b| [chosen.as_slice(), &[b]].concat())
                     .collect::<Vec<_>>()
@@ -84,12 +86,16 @@ fn enumerate(instance: &Instance, n_grasps: usize) -> Option<f64> {
         let mut exit_choices: Vec<Vec<(usize, usize, usize)>> = vec![Vec::new()];
         for segment_idx in 0..regions.len() - 1 {
             for (cut_idx, cut) in instance.cuts.iter().enumerate() {
-                if cut.mode == mode_of_segment(segment_idx) && cut.parts(regions[segment_idx], regions[segment_idx + 1]) {
+                if cut.mode == mode_of_segment(segment_idx)
+                    && cut.parts(regions[segment_idx], regions[segment_idx + 1])
+                {
                     exit_choices = exit_choices
                         .iter()
                         .flat_map(|exits| {
                             (0..cut.exits.len())
-                                .map(|exit_idx| [exits.as_slice(), &[(segment_idx, cut_idx, exit_idx)]].concat())
+                                .map(|exit_idx| {
+                                    [exits.as_slice(), &[(segment_idx, cut_idx, exit_idx)]].concat()
+                                })
                                 .collect::<Vec<_>>()
                         })
                         .collect();
@@ -114,7 +120,10 @@ fn check(fixture: &Fixture, cuts: &[LeafCut], n_grasps: usize) -> Result<(), Tes
         cuts,
     )
     .unwrap();
-    if instance.start_regions.is_empty() || instance.goal_regions.is_empty() || instance.inner_regions().is_empty() {
+    if instance.start_regions.is_empty()
+        || instance.goal_regions.is_empty()
+        || instance.inner_regions().is_empty()
+    {
         return Ok(());
     }
     let enumerated = enumerate(&instance, n_grasps);

@@ -1,5 +1,7 @@
 //! Each constraint of thesis 2, section 5.4.2, on an instance where it decides, with its infeasible twin.
 
+#![allow(clippy::approx_constant, reason = "the scene says 3.14")]
+
 mod bottle_cap;
 
 use bottle_cap::{Fixture, fixture, joint_box, prism, task, three_regions};
@@ -172,4 +174,15 @@ fn limits_and_cancelling_claim_nothing() {
         PlanOutcome::Open { is_canceled, .. } => assert!(is_canceled),
         PlanOutcome::Settled(file) => panic!("{file:?}"),
     }
+}
+
+/// A coordinate that transits and transfers both keep can never change: the equations contradict each other exactly.
+#[test]
+fn an_object_that_nothing_moves_is_proven_unreachable() {
+    let mut task = task(3);
+    task.transfer_keep.push(task.transit_keep[0].clone());
+    let fixture = Fixture::new(joint_box(3), &task, &three_regions(3), &["cap", "gripper", "left_finger"]);
+    let file = settled(&fixture, 3);
+    assert_eq!((file.status, file.tried.len()), (PlanStatus::Infeasible, 3));
+    assert!(file.tried[0].reason.contains("cap"), "{}", file.tried[0].reason);
 }

@@ -112,7 +112,8 @@ fn a_cut_without_a_usable_exit_is_proven_infeasible() {
     let file = solve(&fixture, &[cut(Mode::Transit, &[10])]);
     // Through the touching leaf c = 0.7 a plan exists: the exit is closed.
     assert_ne!(file.status, PlanStatus::Infeasible, "{:?}", file.tried);
-    let narrow = [corner((0.4, 0.69), (0.0, 0.2)), corner((0.4, 1.0), (0.6, 1.0)), corner((0.7, 1.0), (0.2, 0.6))];
+    let narrow =
+        [corner((0.4, 0.69), (0.0, 0.2)), corner((0.4, 1.0), (0.6, 1.0)), corner((0.7, 1.0), (0.2, 0.6))];
     let fixture = Fixture::new(
         Outer { lower: DVector::from_vec(vec![0.4, 0.0]), upper: DVector::repeat(2, 1.0) },
         &task,

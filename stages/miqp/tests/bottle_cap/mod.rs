@@ -1,6 +1,7 @@
 //! The bottle cap with regions made by hand from its known free intervals: boxes and slanted prisms over the cap's range.
 
 #![allow(dead_code, reason = "each test uses a part of it")]
+#![allow(clippy::approx_constant, reason = "the scene says 3.14")]
 
 use convex_sets::HPolyhedron;
 use manipulation::{Manipulation, Outer};
@@ -133,7 +134,12 @@ pub fn many_regions(dim: usize, n_each: usize) -> Vec<HPolyhedron> {
             let to = lower + width * (part as f64 + 2.0) / (n_each as f64 + 1.0);
             // A slanted face that takes more of the interval the nearer the finger is to contact.
             let slope = 0.02 + 0.003 * part as f64;
-            regions.push(prism(dim, (from, to), (-0.055, -0.024), &[[slope, 1.0, -0.0242 + slope * (to - 0.3 * (to - from))]]));
+            regions.push(prism(
+                dim,
+                (from, to),
+                (-0.055, -0.024),
+                &[[slope, 1.0, -0.0242 + slope * (to - 0.3 * (to - from))]],
+            ));
             regions.push(prism(dim, (from, to), (-0.055, -0.0245), &[[-slope, 1.0, -0.0242 - slope * from]]));
             regions.push(prism(dim, (from, to), (-0.05 + 0.001 * part as f64, -0.0242), &[]));
         }
