@@ -8,7 +8,7 @@ use crate::leaf_frame::LeafFrame;
 use conic::RoundedSum;
 use convex_sets::HPolyhedron;
 use convex_sets::lp::{self, LpOutcome};
-use manipulation::{Enclosure, Manipulation, PathMode, contains_exactly};
+use manipulation::{Enclosure, Manipulation, Outer, PathMode, contains_exactly, proven_box};
 use nalgebra::{DMatrix, DVector};
 use std::collections::BTreeMap;
 
@@ -239,7 +239,7 @@ fn overlap(
     }
     let m = both.n_faces();
     let rows = both.intersection(slab);
-    let mut A = rows.A.insert_column(d, 0.0);
+    let mut A = rows.A.clone().insert_column(d, 0.0);
     for row_idx in 0..m {
         A[(row_idx, d)] = both.A.row(row_idx).norm();
     }
@@ -252,7 +252,35 @@ fn overlap(
         LpOutcome::Optimal { x, .. } if x[d] > TOL_USABLE => {
             Some(LeafOverlap::Usable(x.rows(0, d).into_owned()))
         }
-        LpOutcome::Optimal { .. } | LpOutcome::Undecided { .. } => Some(LeafOverlap::Undecided),
+        LpOutcome::Optimal { .. } | LpOutcome::Undecided { .. } => {
+            (!proven_empty_closely(&rows, u_lower, u_upper)).then_some(LeafOverlap::Undecided)
+        }
+    }
+}
+
+/// Looks for a proof of emptiness in the smallest box about the rows, where the simplex method, whose tolerances are
+/// relative to the box, sees smaller gaps. Rows that the box already contradicts are found on the way.
+fn proven_empty_closely(rows: &HPolyhedron, u_lower: &DVector<f64>, u_upper: &DVector<f64>) -> bool {
+    let mut within = Outer { lower: u_lower.clone(), upper: u_upper.clone() };
+    // Bounds by single rows first: a gap in one coordinate is seen exactly.
+    for row_idx in 0..rows.n_faces() {
+        let mut entries = (0..u_lower.len()).filter(|&k| rows.A[(row_idx, k)] != 0.0);
+        if let (Some(k), None) = (entries.next(), entries.next()) {
+            let a = rows.A[(row_idx, k)];
+            let bound = rows.b[row_idx] / a;
+            if a > 0.0 {
+                within.upper[k] = within.upper[k].min(bound.next_up());
+            } else {
+                within.lower[k] = within.lower[k].max(bound.next_down());
+            }
+        }
+    }
+    if (0..u_lower.len()).any(|k| within.lower[k] > within.upper[k]) {
+        return true;
+    }
+    match proven_box(rows, &within) {
+        None => true,
+        Some(within) => proven_empty(rows, &within.lower, &within.upper),
     }
 }
 

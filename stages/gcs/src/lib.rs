@@ -30,6 +30,7 @@ mod restriction;
 mod rounding;
 mod search;
 mod segment;
+mod stage;
 mod straight;
 
 pub use error::GcsError;
@@ -38,6 +39,7 @@ pub use path::Path;
 pub use plan_paths::{PathsOutcome, Regions, Sink, plan_paths};
 pub use search::Found;
 pub use segment::{SegmentOutcome, solve_segment};
+pub use stage::GcsStage;
 
 #[cfg(test)]
 mod tests;

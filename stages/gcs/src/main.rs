@@ -1,2 +1,5 @@
 //! Shortest transit and transfer paths in graphs of convex sets.
-fn main() {}
+
+fn main() -> std::process::ExitCode {
+    stage_kit::main::<gcs::GcsStage>()
+}

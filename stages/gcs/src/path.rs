@@ -20,11 +20,11 @@ impl Path {
         self.points.windows(2).map(|ends| (&ends[1] - &ends[0]).norm()).sum()
     }
 
-    /// Whether every piece lies in its polytope and every point on the leaf: both ends in the polytope, judged by
-    /// outward rounding, so that all of the piece is, by convexity.
+    /// Whether every piece lies in its polytope and every bend on the leaf: both ends in the polytope, judged by
+    /// outward rounding, so that all of the piece is, by convexity. The last point is the plan's, whatever it keeps.
     pub fn is_verified(&self, free: &[Option<HPolyhedron>], frame: &LeafFrame) -> bool {
         self.points.len() == self.regions.len() + 1
-            && self.points.iter().all(|q| frame.keeps_forms(q))
+            && self.points[..self.regions.len()].iter().all(|q| frame.keeps_forms(q))
             && self.regions.iter().zip(self.points.windows(2)).all(|(&region_idx, ends)| {
                 free.get(region_idx)
                     .and_then(Option::as_ref)
