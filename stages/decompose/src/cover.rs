@@ -15,7 +15,7 @@ use crate::clique_cover::{clique_cover, seed_of_clique};
 use crate::coordinates::Coordinates;
 use crate::coverage::{Estimate, covered, wilson_interval};
 use crate::domain::Domain;
-use crate::grow::{Grown, GrowthJob, grow_all, select};
+use crate::grow::{Grown, Growing, GrowthJob, select};
 use crate::iris_zo::{Growth, Seed};
 use crate::leaf_chords::{ChordCoverage, Leaves};
 use crate::options::Options;
@@ -142,7 +142,7 @@ struct Cover<'a, S> {
     whole: Domain<'a>,
     targets: Vec<(Target, Domain<'a>)>,
     leaves: Option<Leaves>,
-    growth: Growth,
+    growing: Growing<'a>,
     streams: Streams,
     regions: Vec<Region>,
     /// What counts as covered: the candidates, later their certified versions.
@@ -198,11 +198,15 @@ impl<'a, S: Sink> Cover<'a, S> {
             whole: domain(&problem.limits),
             targets,
             leaves: Leaves::new(problem, coordinates),
-            growth: Growth {
-                epsilon: options.epsilon,
-                delta: options.delta,
-                margin: options.configuration_margin,
-                max_iterations: options.max_iterations,
+            growing: Growing {
+                growth: Growth {
+                    epsilon: options.epsilon,
+                    delta: options.delta,
+                    margin: options.configuration_margin,
+                    max_iterations: options.max_iterations,
+                },
+                threads: options.threads,
+                is_stopped,
             },
             streams: Streams::new(seed),
             regions: Vec::new(),
@@ -219,7 +223,7 @@ impl<'a, S: Sink> Cover<'a, S> {
             return Ok(ending);
         }
         self.grow_bridges()?;
-        self.grow_chord(self.options.grasp_coverage)?;
+        self.grow_chord(self.options.chord_coverage)?;
         let mut short = self.shortfall(false);
         let mut last: Option<Vec<f64>> = None;
         for feedback_round in 0..=self.options.max_feedback_rounds {
@@ -243,7 +247,7 @@ impl<'a, S: Sink> Cover<'a, S> {
                 return Ok(ending);
             }
             self.grow_bridges()?;
-            self.grow_chord(self.options.certified_grasp_coverage)?;
+            self.grow_chord(self.options.certified_chord_coverage)?;
             if self.regions.len() == n_before {
                 break;
             }
@@ -272,8 +276,29 @@ impl<'a, S: Sink> Cover<'a, S> {
         Ok(())
     }
 
-    fn grow(&mut self, jobs: &[GrowthJob<'_, '_>]) -> Vec<Option<Grown>> {
-        grow_all(jobs, &self.growth, self.options.threads, &mut self.streams, self.is_stopped)
+    /// Grows all jobs; where there is no region, there is none in the result.
+    fn grow(&mut self, jobs: &[GrowthJob<'_, '_>]) -> Vec<Grown> {
+        let candidates = self.growing.drafts(jobs, &mut self.streams);
+        let all: Vec<usize> = (0..jobs.len()).collect();
+        self.growing.refined(jobs, &candidates, &all, &mut self.streams)
+    }
+
+    /// Grows jobs, of which it keeps those whose drafts add at least `least_gain` of `uncovered`; whether any does.
+    fn grow_and_select(
+        &mut self,
+        jobs: &[GrowthJob<'_, '_>],
+        uncovered: &[Vec<f64>],
+        least_gain: usize,
+    ) -> Result<bool, S::Error> {
+        let candidates = self.growing.drafts(jobs, &mut self.streams);
+        let chosen = select(&candidates, uncovered, least_gain);
+        let grown = self.growing.refined(jobs, &candidates, &chosen, &mut self.streams);
+        for grown in &grown {
+            if self.regions.len() < self.options.max_regions {
+                self.emit(grown, &[])?;
+            }
+        }
+        Ok(!grown.is_empty())
     }
 
     /// Regions around start and goal, where none contains them yet; `size` of the joint ranges is their domain.
@@ -286,8 +311,8 @@ impl<'a, S: Sink> Cover<'a, S> {
             let witness = around.u_from_q(anchor.q.as_slice());
             let jobs =
                 [GrowthJob { domain: &around, seed: Seed::ball(witness), method: "iris-zo at an anchor" }];
-            if let Some(grown) = self.grow(&jobs).swap_remove(0) {
-                self.emit(&grown, &[&anchor.q])?;
+            if let Some(grown) = self.grow(&jobs).first() {
+                self.emit(grown, &[&anchor.q])?;
             }
         }
         Ok(())
@@ -372,29 +397,33 @@ impl<'a, S: Sink> Cover<'a, S> {
         let graph = VisibilityGraph::new(domain, &points);
         let whole = self.whole.clone();
         let is_thin = matches!(kind, TargetKind::Grasp | TargetKind::GraspPlacement);
-        let mut jobs = Vec::new();
+        let mut left = uncovered.to_vec();
+        let mut gained = false;
         for clique in clique_cover(&graph).into_iter().take(MAX_CLIQUES) {
-            let members: Vec<DVector<f64>> = clique.iter().map(|&vertex| points[vertex].clone()).collect();
+            // What the round has covered so far needs no region of its own.
+            let members: Vec<DVector<f64>> = clique
+                .iter()
+                .filter(|&&vertex| !covered(&self.covering, &uncovered[vertex]))
+                .map(|&vertex| points[vertex].clone())
+                .collect();
+            if 2 * members.len() <= clique.len() {
+                continue;
+            }
             let Some(seed) = seed_of_clique(domain, &members) else { continue };
+            let mut jobs = Vec::new();
             if is_thin {
                 // Its twin in the whole box joins the thin region to the rest.
                 let witness = whole.u_from_q(&domain.q_from_u(&seed.witness));
-                jobs.push(GrowthJob { domain, seed, method: "iris-zo in the grasp space" });
                 jobs.push(GrowthJob { domain: &whole, seed: Seed::ball(witness), method: "iris-zo" });
+                jobs.push(GrowthJob { domain, seed, method: "iris-zo in the grasp space" });
             } else {
                 jobs.push(GrowthJob { domain, seed, method: "iris-zo" });
             }
+            let least_gain = left.len() / 25;
+            gained |= self.grow_and_select(&jobs, &left, least_gain)?;
+            left.retain(|q| !covered(&self.covering, q));
         }
-        let candidates = self.grow(&jobs);
-        let chosen = select(&candidates, uncovered, uncovered.len() / 25);
-        for &idx in &chosen {
-            if let Some(grown) = &candidates[idx]
-                && self.regions.len() < self.options.max_regions
-            {
-                self.emit(grown, &[])?;
-            }
-        }
-        Ok(!chosen.is_empty())
+        Ok(gained)
     }
 
     /// Joins components that see each other.
@@ -416,7 +445,7 @@ impl<'a, S: Sink> Cover<'a, S> {
                 .map(|seed| GrowthJob { domain: &whole, seed, method: "iris-zo of a bridge" })
                 .collect();
             let n_before = self.regions.len();
-            for grown in self.grow(&jobs).into_iter().flatten() {
+            for grown in self.grow(&jobs) {
                 // Only what joins components that earlier bridges have not joined yet.
                 let component = components(&self.covering);
                 let mut touched: Vec<usize> = (0..self.covering.len())
@@ -457,12 +486,7 @@ impl<'a, S: Sink> Cover<'a, S> {
                     method: "iris-zo in the grasp space",
                 })
                 .collect();
-            let grown = self.grow(&jobs);
-            for idx in select(&grown, &chord.uncovered, 1) {
-                if let Some(grown) = &grown[idx] {
-                    self.emit(grown, &[])?;
-                }
-            }
+            self.grow_and_select(&jobs, &chord.uncovered, 1)?;
         }
         Ok(())
     }
@@ -486,7 +510,10 @@ impl<'a, S: Sink> Cover<'a, S> {
         }
         if let Some(leaves) = self.leaves.clone() {
             let chord = leaves.measure(self.problem, &self.covering, &mut self.streams.take());
-            let wanted = self.wanted(TargetKind::Grasp, after_certification);
+            let wanted = match after_certification {
+                false => self.options.chord_coverage,
+                true => self.options.certified_chord_coverage,
+            };
             miss("the longest chord of a transfer leaf in CG_free", chord.share(), wanted);
         }
         for anchor in &self.problem.anchors {

@@ -1,4 +1,7 @@
-//! Grows many regions, on any number of threads, and keeps the ones that add something.
+//! Grows many regions, on any number of threads, and keeps the ones that add something. Each unit of work has a
+//! random stream of its own, so the result does not depend on the number of threads.
+//!
+//! Drafts pass a coarse test only; the fine one, with many more samples, is for the drafts that are kept.
 
 use convex_sets::HPolyhedron;
 use nalgebra::DVector;
@@ -8,7 +11,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use crate::coverage::contains;
 use crate::domain::Domain;
-use crate::iris_zo::{Growth, Seed, grow};
+use crate::iris_zo::{Draft, Growth, Seed, grow, refine};
 use crate::streams::Streams;
 
 /// A region of all coordinates.
@@ -22,64 +25,101 @@ pub(crate) struct Grown {
 }
 
 /// A region to grow.
+#[derive(Clone)]
 pub(crate) struct GrowthJob<'a, 'd> {
     pub(crate) domain: &'a Domain<'d>,
     pub(crate) seed: Seed,
     pub(crate) method: &'static str,
 }
 
-/// Grows all jobs; `None` where there is no region. Each job has a random stream of its own, so the result does not
-/// depend on `threads`. Jobs not begun when `is_stopped` turns true are `None`.
-pub(crate) fn grow_all(
-    jobs: &[GrowthJob<'_, '_>],
-    growth: &Growth,
-    threads: usize,
-    streams: &mut Streams,
-    is_stopped: &(dyn Fn() -> bool + Sync),
-) -> Vec<Option<Grown>> {
-    let rngs: Vec<ChaCha8Rng> = jobs.iter().map(|_| streams.take()).collect();
-    let results: Vec<Mutex<Option<Grown>>> = jobs.iter().map(|_| Mutex::new(None)).collect();
-    let next = AtomicUsize::new(0);
-    let work = || {
-        loop {
-            let job_idx = next.fetch_add(1, Ordering::Relaxed);
-            if job_idx >= jobs.len() || is_stopped() {
-                return;
-            }
-            let grown = grow_one(&jobs[job_idx], growth, &mut rngs[job_idx].clone());
-            // A poisoned lock only says that another thread panicked; the slot itself is whole.
-            *results[job_idx].lock().unwrap_or_else(|poisoned| poisoned.into_inner()) = grown;
-        }
-    };
-    if threads <= 1 || jobs.len() <= 1 {
-        work();
-    } else {
-        std::thread::scope(|scope| {
-            for _ in 0..threads.min(jobs.len()) {
-                scope.spawn(work);
-            }
-        });
-    }
-    results.into_iter().map(|slot| slot.into_inner().unwrap_or_else(|poisoned| poisoned.into_inner())).collect()
+/// How to grow many regions.
+pub(crate) struct Growing<'a> {
+    pub(crate) growth: Growth,
+    /// The result does not depend on it.
+    pub(crate) threads: usize,
+    /// Work not begun when this turns true has no result.
+    pub(crate) is_stopped: &'a (dyn Fn() -> bool + Sync),
 }
 
-fn grow_one(job: &GrowthJob<'_, '_>, growth: &Growth, rng: &mut ChaCha8Rng) -> Option<Grown> {
-    let P = grow(job.domain, &job.seed, growth, rng)?;
-    let polyhedron = job.domain.region(&P);
-    let center = polyhedron.interior_point().ok()?.center;
-    let inside = (0..polyhedron.n_faces())
-        .all(|face_idx| polyhedron.A.row(face_idx).transpose().dot(&center) < polyhedron.b[face_idx]);
-    inside.then_some(Grown { polyhedron, center, method: job.method })
+/// A draft with the region that it stands for.
+#[derive(Debug, Clone)]
+pub(crate) struct Candidate {
+    draft: Draft,
+    /// The draft in all coordinates.
+    pub(crate) polyhedron: HPolyhedron,
+}
+
+impl Growing<'_> {
+    /// Grows all jobs to drafts; `None` where there is no region.
+    pub(crate) fn drafts(&self, jobs: &[GrowthJob<'_, '_>], streams: &mut Streams) -> Vec<Option<Candidate>> {
+        let rngs: Vec<ChaCha8Rng> = jobs.iter().map(|_| streams.take()).collect();
+        self.for_each(jobs.len(), &|idx| {
+            let job = &jobs[idx];
+            let draft = grow(job.domain, &job.seed, &self.growth, &mut rngs[idx].clone())?;
+            Some(Candidate { polyhedron: job.domain.region(&draft.polyhedron), draft })
+        })
+    }
+
+    /// Refines the candidates `chosen` to regions, in that order.
+    pub(crate) fn refined(
+        &self,
+        jobs: &[GrowthJob<'_, '_>],
+        candidates: &[Option<Candidate>],
+        chosen: &[usize],
+        streams: &mut Streams,
+    ) -> Vec<Grown> {
+        let rngs: Vec<ChaCha8Rng> = chosen.iter().map(|_| streams.take()).collect();
+        let refined = self.for_each(chosen.len(), &|place| {
+            let (job, candidate) = (&jobs[chosen[place]], candidates[chosen[place]].as_ref()?);
+            let P = refine(job.domain, &candidate.draft, &self.growth, &mut rngs[place].clone())?;
+            let polyhedron = job.domain.region(&P);
+            let center = polyhedron.interior_point().ok()?.center;
+            let inside = (0..polyhedron.n_faces())
+                .all(|face_idx| polyhedron.A.row(face_idx).transpose().dot(&center) < polyhedron.b[face_idx]);
+            inside.then_some(Grown { polyhedron, center, method: job.method })
+        });
+        refined.into_iter().flatten().collect()
+    }
+
+    /// `work(0..n)` in order of the index, on any number of threads.
+    fn for_each<T: Send>(&self, n: usize, work: &(dyn Fn(usize) -> Option<T> + Sync)) -> Vec<Option<T>> {
+        let results: Vec<Mutex<Option<T>>> = (0..n).map(|_| Mutex::new(None)).collect();
+        let next = AtomicUsize::new(0);
+        let worker = || {
+            loop {
+                let idx = next.fetch_add(1, Ordering::Relaxed);
+                if idx >= n || (self.is_stopped)() {
+                    return;
+                }
+                let result = work(idx);
+                // A poisoned lock only says that another thread panicked; the slot itself is whole.
+                *results[idx].lock().unwrap_or_else(|poisoned| poisoned.into_inner()) = result;
+            }
+        };
+        if self.threads <= 1 || n <= 1 {
+            worker();
+        } else {
+            std::thread::scope(|scope| {
+                for _ in 0..self.threads.min(n) {
+                    scope.spawn(worker);
+                }
+            });
+        }
+        results
+            .into_iter()
+            .map(|slot| slot.into_inner().unwrap_or_else(|poisoned| poisoned.into_inner()))
+            .collect()
+    }
 }
 
 /// The positions of candidates that cover `uncovered` greedily, each adding at least `least_gain` samples.
-pub(crate) fn select(candidates: &[Option<Grown>], uncovered: &[Vec<f64>], least_gain: usize) -> Vec<usize> {
+pub(crate) fn select(candidates: &[Option<Candidate>], uncovered: &[Vec<f64>], least_gain: usize) -> Vec<usize> {
     let covers: Vec<Vec<bool>> = candidates
         .iter()
         .map(|candidate| {
             uncovered
                 .iter()
-                .map(|q| candidate.as_ref().is_some_and(|grown| contains(&grown.polyhedron, q)))
+                .map(|q| candidate.as_ref().is_some_and(|candidate| contains(&candidate.polyhedron, q)))
                 .collect()
         })
         .collect();

@@ -1,7 +1,7 @@
 //! IRIS-ZO: a region around a seed from collision checks alone (Werner et al. 2024).
 //!
 //! Around an ellipsoid, samples of the polytope P that collide are walked to the boundary and cut off, nearest ones
-//! first, until the *unadaptive test* passes: of M = 2 ln(1/δ_k) / (ε τ²) uniform samples at most (1 - τ) ε M
+//! first (`placing`), until the *unadaptive test* passes: of M = 2 ln(1/δ_k) / (ε τ²) uniform samples at most (1 - τ) ε M
 //! collide, which a region with a share above ε of collisions passes with probability δ_k at most;
 //! δ_k = 6 δ / (π k)², so that all tests k = 1, 2, … together err with probability δ. Then the largest ellipsoid in
 //! P takes the place of the first, until it no longer grows.
@@ -14,7 +14,7 @@ use nalgebra::{DMatrix, DVector};
 use rand_chacha::ChaCha8Rng;
 
 use crate::domain::Domain;
-use crate::placing::{Face, Placing};
+use crate::placing::{Boundary, Face, Placing};
 
 /// Where to grow; all in the domain's units u.
 #[derive(Debug, Clone)]
@@ -49,6 +49,8 @@ const N_CHORDS: usize = 150;
 const BATCH: usize = 24;
 /// A face so near a chord's end is not what the end tests.
 const INSET: f64 = 1e-9;
+/// A chord's end so near the domain's own faces is not tested.
+const DOMAIN_INSET: f64 = 1e-6;
 const MAX_PASSES: usize = 150;
 const MAX_FACES: usize = 150;
 
@@ -59,37 +61,55 @@ impl Seed {
     }
 }
 
-/// Grows a region. Its first 2k faces are the unit box, the others are not redundant. `None` if the witness is not
-/// free or no region with an interior is left.
+/// A region that has passed a coarse test only; [`refine`] makes it a region.
+#[derive(Debug, Clone)]
+pub(crate) struct Draft {
+    /// In the domain's units; the first 2k faces are the unit box, the others are not redundant.
+    pub(crate) polyhedron: HPolyhedron,
+    inscribed: Hyperellipsoid,
+    witness: DVector<f64>,
+}
+
+/// Grows a draft. `None` if the witness is not free or no region with an interior is left.
 pub(crate) fn grow(
     domain: &Domain<'_>,
     seed: &Seed,
     growth: &Growth,
     rng: &mut ChaCha8Rng,
-) -> Option<HPolyhedron> {
+) -> Option<Draft> {
     if !domain.is_free(&seed.witness) {
         return None;
     }
-    let n_box = 2 * domain.dim();
     let coarse = Growth { epsilon: (COARSE * growth.epsilon).min(0.2), ..*growth };
     let mut ellipsoid = seed.ellipsoid.clone();
     let mut best: Option<(HPolyhedron, Hyperellipsoid)> = None;
     for _ in 0..growth.max_iterations.max(1) {
         let P = separate(domain, &ellipsoid, &seed.witness, domain.unit_box(), &coarse, rng);
         let Ok(inscribed) = P.max_inscribed_ellipsoid() else { break };
-        let grown = best
-            .as_ref()
-            .is_none_or(|(_, last)| inscribed.relative_volume() > LEAST_GROWTH * last.relative_volume());
-        if !grown {
+        let last = best.as_ref().map_or(0.0, |(_, last)| last.relative_volume());
+        let volume = inscribed.relative_volume();
+        if volume > last {
+            ellipsoid = inscribed.clone();
+            best = Some((P, inscribed));
+        }
+        if volume < LEAST_GROWTH * last {
             break;
         }
-        ellipsoid = inscribed.clone();
-        best = Some((P, inscribed));
     }
     let (P, inscribed) = best?;
-    let P = P.remove_redundant_keeping(n_box).ok()?;
-    let P = separate(domain, &inscribed, &seed.witness, P, growth, rng);
-    P.remove_redundant_keeping(n_box).ok()
+    let polyhedron = P.remove_redundant_keeping(2 * domain.dim()).ok()?;
+    Some(Draft { polyhedron, inscribed, witness: seed.witness.clone() })
+}
+
+/// The draft with what the requested test finds in it cut off; in the domain's units, first 2k faces the unit box.
+pub(crate) fn refine(
+    domain: &Domain<'_>,
+    draft: &Draft,
+    growth: &Growth,
+    rng: &mut ChaCha8Rng,
+) -> Option<HPolyhedron> {
+    let P = separate(domain, &draft.inscribed, &draft.witness, draft.polyhedron.clone(), growth, rng);
+    P.remove_redundant_keeping(2 * domain.dim()).ok()
 }
 
 /// Samples M of the `k`-th test, and how many of them may collide.
@@ -128,6 +148,10 @@ fn separate(
                 let direction = DVector::from_column_slice(walk.direction());
                 for t in [chord.t_min, chord.t_max] {
                     let end = &u + (t * (1.0 - INSET)) * &direction;
+                    if (0..k).any(|j| end[j].abs() > 1.0 - DOMAIN_INSET) {
+                        // The domain may begin at contact, as a grasp band does.
+                        continue;
+                    }
                     if !domain.is_free(&end) {
                         collisions.push(end);
                         n_ends += 1;
@@ -143,11 +167,21 @@ fn separate(
         if passed || added.len() >= MAX_FACES {
             break;
         }
-        let mut faces: Vec<Face> = collisions.iter().filter_map(|u| placing.face(u)).collect();
-        faces.sort_by(|f, g| f.distance.total_cmp(&g.distance));
+        let mut boundaries: Vec<Boundary> = collisions.iter().map(|u| placing.walk(u)).collect();
+        boundaries.sort_by(|p, q| p.distance.total_cmp(&q.distance));
         let first_new = added.len();
-        for face in faces {
-            if added[first_new..].iter().all(|f| f.a.dot(&face.boundary) <= f.b) {
+        for boundary in &boundaries {
+            let is_cut = |new: &[Face], u: &DVector<f64>| new.iter().any(|face| face.a.dot(u) > face.b);
+            if is_cut(&added[first_new..], &boundary.collision) {
+                continue;
+            }
+            let nearest = placing.nearest_face(boundary);
+            let face = match nearest {
+                // The search has slid to what is cut already: the collision itself is still there.
+                Some(face) if !is_cut(&added, &face.boundary) => Some(face),
+                _ => placing.face(boundary),
+            };
+            if let Some(face) = face {
                 walk.push_row(&face.a, face.b);
                 added.push(face);
             }

@@ -1,2 +1,7 @@
 //! Convex regions of the collision-free configuration space.
-fn main() {}
+
+mod stage;
+
+fn main() -> std::process::ExitCode {
+    stage_kit::main::<stage::DecomposeStage>()
+}

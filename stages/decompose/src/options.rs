@@ -9,15 +9,22 @@ pub struct Options {
     /// Share of CS_free and of CP_free to cover; the lower end of the 95 % interval must reach it.
     #[arg(long, default_value_t = 0.99)]
     pub coverage: f64,
-    /// Share of CG_free to cover, and of the longest free chord of a transfer leaf inside CG.
-    #[arg(long, default_value_t = 0.996)]
+    /// Share of CG_free to cover, in the same sense.
+    #[arg(long, default_value_t = 0.99)]
     pub grasp_coverage: f64,
+    /// Share to cover of the longest free chord of a transfer leaf inside CG: it bounds how far one grasp can
+    /// move the object.
+    #[arg(long, default_value_t = 0.998)]
+    pub chord_coverage: f64,
     /// Share of each set that must still be covered after certification, or more regions are grown.
     #[arg(long, default_value_t = 0.975)]
     pub certified_coverage: f64,
-    /// The same for CG_free and the longest free chord inside it.
-    #[arg(long, default_value_t = 0.992)]
+    /// The same for CG_free.
+    #[arg(long, default_value_t = 0.97)]
     pub certified_grasp_coverage: f64,
+    /// The same for the longest free chord.
+    #[arg(long, default_value_t = 0.994)]
+    pub certified_chord_coverage: f64,
     /// IRIS-ZO: share of a region that may be in collision. Smaller: fewer cuts by certification, more samples.
     #[arg(long, default_value_t = 2e-3)]
     pub epsilon: f64,
@@ -62,9 +69,11 @@ impl Default for Options {
     fn default() -> Self {
         Self {
             coverage: 0.99,
-            grasp_coverage: 0.996,
+            grasp_coverage: 0.99,
+            chord_coverage: 0.998,
             certified_coverage: 0.975,
-            certified_grasp_coverage: 0.992,
+            certified_grasp_coverage: 0.97,
+            certified_chord_coverage: 0.994,
             epsilon: 2e-3,
             delta: 0.05,
             configuration_margin: 2e-6,

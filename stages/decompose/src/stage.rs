@@ -1,0 +1,100 @@
+//! The stage: scene and task in, candidate regions out.
+
+use collision::CollisionChecker;
+use decompose::{Decomposition, Ending, Estimate, Options, ProblemError, Sink, decompose, problem_of_scene};
+use ipc_types::artefact::{self, Coverage};
+use scene::Scene;
+use stage_kit::{Host, Input, Job, Outcome, Stage, StageError, StageName, spans};
+use wire::Region;
+
+/// `regrasp-decompose`.
+#[derive(Debug, Default)]
+pub struct DecomposeStage;
+
+impl Stage for DecomposeStage {
+    type Options = Options;
+
+    const NAME: StageName = StageName::Decompose;
+    const ABOUT: &'static str = "Convex regions of the collision-free configuration space";
+    const READS: &'static [Input] = &[Input::Feedback];
+
+    fn run(&mut self, job: &Job, options: &Options, host: &mut Host) -> Result<Outcome, StageError> {
+        let task = job.task.as_ref();
+        let checker = match task {
+            Some(task) => CollisionChecker::for_task(&job.scene, task),
+            None => CollisionChecker::new(&job.scene),
+        };
+        let problem = problem_of_scene(&job.scene, task, &checker);
+        problem.check().map_err(|error| bad_problem(&job.scene, task.map(|task| task.name.as_str()), &error))?;
+        let stop = host.stop_flag();
+        let found = {
+            let _span = spans::enter("decompose.cover", 0);
+            let mut sink = HostSink { host, dim: job.scene.dim() };
+            decompose(&problem, options, job.seed, &mut sink, &|| stop.is_set())?
+        };
+        host.coverage(Coverage {
+            total: share(found.total),
+            grasp: found.grasp.map(share),
+            placement: found.placement.map(share),
+        });
+        for (set, estimate) in &found.certified {
+            host.detail(&format!("certified_{set}"), [estimate.share, estimate.low, estimate.high]);
+        }
+        if let Some(chord) = &found.chord {
+            host.detail("longest_chord_covered", chord.share());
+        }
+        outcome(&found)
+    }
+}
+
+fn outcome(found: &Decomposition) -> Result<Outcome, StageError> {
+    let n = found.regions.len();
+    match &found.ending {
+        Ending::Covered => Ok(Outcome::Done(format!("{n} regions cover {:.4} of CS_free", found.total.share))),
+        Ending::Short(words) => Ok(Outcome::Limit(format!("{n} regions; {words}"))),
+        Ending::NowhereFree { set, n_samples } => {
+            Ok(Outcome::Negative(format!("{set}: none of {n_samples} samples is free of collision")))
+        }
+        Ending::Stopped => Err(StageError::Stopped),
+    }
+}
+
+/// Start or goal in collision: the field of the scene file, and what to do.
+fn bad_problem(scene: &Scene, task: Option<&str>, error: &ProblemError) -> StageError {
+    match error {
+        ProblemError::NotFree { name } => StageError::BadInput(format!(
+            "scene {}: task.{}.{name}: {error}; move it, or lower the clearance",
+            scene.name,
+            task.unwrap_or("?")
+        )),
+        other => StageError::bad_input(other),
+    }
+}
+
+fn share(estimate: Estimate) -> artefact::Estimate {
+    artefact::Estimate(estimate.share, estimate.low, estimate.high)
+}
+
+/// Passes regions on as they are found, and asks what certification made of them.
+struct HostSink<'a, 'b> {
+    host: &'a mut Host<'b>,
+    dim: usize,
+}
+
+impl Sink for HostSink<'_, '_> {
+    type Error = StageError;
+
+    fn region(&mut self, region: &Region) -> Result<(), StageError> {
+        self.host.candidate(region.to_artefact())
+    }
+
+    fn progress(&mut self, n_regions: usize, coverage: f64, message: &str) {
+        self.host.progress(n_regions as u64, 0, coverage, message);
+    }
+
+    fn certified(&mut self, ids: &[u64]) -> Result<Option<Vec<Region>>, StageError> {
+        let Some(regions) = self.host.certified_versions(ids)? else { return Ok(None) };
+        let regions = regions.iter().map(|region| Region::from_artefact(region, self.dim));
+        regions.collect::<Result<_, _>>().map(Some).map_err(StageError::failed)
+    }
+}
