@@ -44,10 +44,12 @@ pub(crate) struct CheckedPair {
     pub inflation: f64,
 }
 
-/// Where all groups and bodies are at one configuration.
+/// Where everything is at one configuration, with coordinates that no pair depends on held at 0.
 #[derive(Debug, Default, Clone)]
-pub(crate) struct Placements {
+pub struct Placements {
+    /// Groups of links that are rigid against each other; see [`CollisionChecker::link_in_group`].
     pub groups: Vec<Placement>,
+    /// Bodies; only the position of a sphere is right, its rotation is its group's.
     pub bodies: Vec<Placement>,
 }
 
@@ -66,7 +68,8 @@ impl CollisionChecker {
         Self::with_clearances(scene, |pair| scene.required_clearance(task, pair))
     }
 
-    fn with_clearances(scene: &Scene, clearance: impl Fn(CollisionPair) -> f64) -> Self {
+    /// Checks that each pair keeps the distance in metres that `clearance` gives it.
+    pub fn with_clearances(scene: &Scene, clearance: impl Fn(CollisionPair) -> f64) -> Self {
         let collision_pairs = scene.collision_pairs();
         let chains: Vec<PairChain> =
             collision_pairs.iter().map(|&pair| PairChain::new(scene, pair)).collect();
@@ -219,21 +222,27 @@ impl CollisionChecker {
         separation::are_apart(a, b, checked.clearance)
     }
 
-    pub(crate) fn placed<'a>(&'a self, pair_idx: usize, at: &'a Placements) -> (Placed<'a>, Placed<'a>) {
+    /// Bodies A and B of pair `pair_idx`.
+    pub fn placed<'a>(&'a self, pair_idx: usize, at: &'a Placements) -> (Placed<'a>, Placed<'a>) {
         let CollisionPair { body_a, body_b } = self.pairs[pair_idx].pair;
         let placed =
             |body_idx: usize| Placed { shape: &self.bodies[body_idx].shape, X: &at.bodies[body_idx] };
         (placed(body_a), placed(body_b))
     }
 
-    /// Sum of the bounding radii of pair `pair_idx`.
-    pub(crate) fn radii(&self, pair_idx: usize) -> f64 {
+    /// Sum of the bounding radii of pair `pair_idx`, metres.
+    pub fn radii(&self, pair_idx: usize) -> f64 {
         let CollisionPair { body_a, body_b } = self.pairs[pair_idx].pair;
         self.bodies[body_a].radius + self.bodies[body_b].radius
     }
 
-    /// Places everything at `q`.
-    pub(crate) fn place(&self, q: &[f64], at: &mut Placements) {
+    /// The group of link `link_idx`, a position in [`Placements::groups`], and the link's pose in it.
+    pub fn link_in_group(&self, link_idx: usize) -> (usize, &RigidTransform) {
+        (self.tree.group_of_link[link_idx], &self.tree.X_GL[link_idx])
+    }
+
+    /// Places everything at `q` into `at`, which keeps its allocation between calls.
+    pub fn place(&self, q: &[f64], at: &mut Placements) {
         debug_assert_eq!(q.len(), self.dim);
         self.tree.group_placements(q, &mut at.groups);
         at.bodies.clear();

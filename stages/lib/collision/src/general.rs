@@ -1,7 +1,8 @@
 //! All other pairs of shapes, by parry's GJK (distance) and EPA (penetration) on the cores.
 //!
 //! Parry only proposes a direction; the gap along it is evaluated afresh by support functions, so a positive gap is
-//! right up to rounding whatever parry's tolerances.
+//! never more than the distance, up to rounding, whatever parry's tolerances. On curved bodies its direction is good to
+//! about 1e-4, so the gap falls short of the distance by up to about 1e-7 of it.
 
 use crate::separation::{Placed, Separation, gap_along};
 use kinematics::Support;

@@ -15,7 +15,8 @@ mod placement;
 mod round;
 mod separation;
 
-pub use checker::CollisionChecker;
+pub use checker::{CollisionChecker, Placements};
 pub use edge::{EdgeOptions, EdgeOutcome};
 pub use path::PathCollision;
-pub use separation::{Separation, TOL_CONTACT};
+pub use placement::Placement;
+pub use separation::{Placed, Separation, TOL_CONTACT, distance_separation, gap_along, separation};

@@ -111,3 +111,6 @@ pub fn are_apart(a: Placed<'_>, b: Placed<'_>, clearance: f64) -> bool {
     }
     separation(a, b).gap > needed
 }
+
+#[cfg(test)]
+mod tests;
