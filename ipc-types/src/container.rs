@@ -12,7 +12,7 @@
 //! ```
 
 use crate::artefact::{
-    CertificatesFile, CutsFile, LeafCut, PlanFile, Region, RegionCertificate, RegionsFile, Segment,
+    CertificatesFile, CutsFile, LeafCut, PathCertificateFile, PlanFile, Region, RegionCertificate, RegionsFile, Segment,
     TrajectoryFile,
 };
 use crate::{Digest, hexadecimal};
@@ -54,10 +54,12 @@ pub enum Kind {
     Segment = 8,
     /// [`LeafCut`], a part.
     Cut = 9,
+    /// [`PathCertificateFile`].
+    PathCertificate = 10,
 }
 
 impl Kind {
-    const ALL: [Kind; 9] = [
+    const ALL: [Kind; 10] = [
         Kind::Regions,
         Kind::Certificates,
         Kind::Plan,
@@ -67,6 +69,7 @@ impl Kind {
         Kind::CertifiedPart,
         Kind::Segment,
         Kind::Cut,
+        Kind::PathCertificate,
     ];
 
     /// The word for people.
@@ -81,6 +84,7 @@ impl Kind {
             Kind::CertifiedPart => "one candidate's certified regions",
             Kind::Segment => "one segment",
             Kind::Cut => "one cut",
+            Kind::PathCertificate => "the certificate of a path",
         }
     }
 
@@ -102,6 +106,7 @@ macro_rules! artefacts {
 artefacts!(
     RegionsFile => Regions, CertificatesFile => Certificates, PlanFile => Plan, TrajectoryFile => Trajectory,
     CutsFile => Cuts, Region => Region, CertifiedPart => CertifiedPart, Segment => Segment, LeafCut => Cut,
+    PathCertificateFile => PathCertificate,
 );
 
 /// What certification made of one candidate: `certify/parts/<candidate id>.bin`.

@@ -2,6 +2,7 @@
 //!
 //! - [`artefact`]: what stages write to disk, as plain data with the field names of the `.json` twins;
 //! - [`container`]: the `.bin` form, a checked header before a binary body; [`store`] reads and writes both forms;
+//! - [`path_input`]: the paths of other planners, as a table or as curves;
 //! - [`join`]: parts that several processes wrote become one file, the same bytes whoever wrote them;
 //! - [`status`]: `status.json` and `spans.jsonl`, what a stage says of its own run;
 //! - [`exit_code`]: how every program of the project ends.
@@ -14,6 +15,7 @@ pub mod exit_code;
 pub mod join;
 pub mod json;
 pub mod message;
+pub mod path_input;
 pub mod stage_name;
 pub mod status;
 pub mod store;

@@ -2,6 +2,7 @@
 
 mod certificate;
 mod cuts;
+mod path_certificate;
 mod plan;
 mod regions;
 mod trajectory;
@@ -11,6 +12,7 @@ pub use certificate::{
     Cell, CertificatesFile, FrameChoice, PairCertificate, RegionCertificate, RowOrigin, SweptRow,
 };
 pub use cuts::{CutsFile, LeafCut};
+pub use path_certificate::{CertifiedPiece, PathCertificateFile, PathPair, SeparatedInterval};
 pub use plan::{Mode, PlanFile, PlanStatus, Tried, TriedStatus};
 pub use regions::{Coverage, Estimate, Region, RegionsFile};
 pub use trajectory::{Segment, TrajectoryFile};

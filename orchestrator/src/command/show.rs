@@ -4,8 +4,8 @@ use crate::cli::ShowArgs;
 use crate::failure::{ExitCode, Failure};
 use crate::quantity::{bytes, count, figure, share};
 use ipc_types::artefact::{
-    Cell, CertificatesFile, CutsFile, Estimate, LeafCut, PlanFile, PlanStatus, Region, RegionsFile, Segment,
-    TrajectoryFile, TriedStatus,
+    Cell, CertificatesFile, CutsFile, Estimate, LeafCut, PathCertificateFile, PlanFile, PlanStatus, Region,
+    RegionsFile, Segment, TrajectoryFile, TriedStatus,
 };
 use ipc_types::container::{Artefact, CertifiedPart, Kind, header};
 use ipc_types::hexadecimal;
@@ -57,6 +57,7 @@ pub fn show(args: &ShowArgs) -> Result<ExitCode, Failure> {
         }),
         Kind::Segment => print_as::<Segment>(args, |one| vec![segment(0, one)]),
         Kind::Cut => print_as::<LeafCut>(args, |one| vec![cut(one)]),
+        Kind::PathCertificate => print_as::<PathCertificateFile>(args, path_certificate),
     }?;
     Ok(ExitCode::Done)
 }
@@ -86,6 +87,28 @@ fn regions(file: &RegionsFile) -> Vec<String> {
         lines.extend(coverage.placement.map(|e| format!("covers {} of CP_free", estimate(e))));
     }
     lines.extend(file.regions.iter().map(region));
+    lines
+}
+
+fn path_certificate(file: &PathCertificateFile) -> Vec<String> {
+    let mut lines = vec![format!(
+        "{} against {} of bodies, clearance {} m",
+        count(file.pieces.len(), "piece"),
+        count(file.pairs.len(), "pair"),
+        file.clearance
+    )];
+    for (piece_idx, piece) in file.pieces.iter().enumerate() {
+        let mode = piece.mode.map(|mode| format!(", {}", mode.word())).unwrap_or_default();
+        let proof = if piece.intervals.is_empty() && !file.pairs.is_empty() {
+            "not certified".to_owned()
+        } else {
+            count(piece.intervals.iter().map(Vec::len).sum(), "interval")
+        };
+        lines.push(format!(
+            "  piece {piece_idx}: order {}{mode}, {proof}",
+            piece.control_points.len().saturating_sub(1)
+        ));
+    }
     lines
 }
 

@@ -3,6 +3,7 @@
 //! [`Certifier::certify_region`] proves a polytope of C-space free against every pair of bodies by swept hulls
 //! (mathematics.md 2.1), and cuts it where it is not; the certificate can be re-checked without a solver.
 
+pub mod acceptance;
 mod assemble;
 mod cell;
 mod certify_region;
@@ -12,12 +13,15 @@ mod guide;
 mod options;
 mod pair_model;
 mod pair_search;
+pub mod path;
 mod row_program;
 mod rows;
 mod separating_normal;
 mod side;
+mod stage;
 mod support;
 
 pub use certify_region::{Candidate, CertifiedRegion, Certifier, CertifyOutcome, Purpose};
 pub use error::CertifyError;
 pub use options::{CertifyOptions, Method};
+pub use stage::{CERTIFIED_ID_OFFSET, CertifyStage};

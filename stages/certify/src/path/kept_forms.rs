@@ -36,7 +36,8 @@ impl<'a> KeptForms<'a> {
             Mode::Transit => &self.task.transit_keep,
             Mode::Transfer => &self.task.transfer_keep,
         };
-        let value = |form_idx: usize, q: &[f64]| forms[form_idx].iter().zip(q).map(|(c, x)| c * x).sum::<f64>();
+        let value =
+            |form_idx: usize, q: &[f64]| forms[form_idx].iter().zip(q).map(|(c, x)| c * x).sum::<f64>();
         if self.began.as_ref().is_none_or(|(present, _)| *present != mode) {
             let first = control_points.first()?;
             self.began = Some((mode, (0..forms.len()).map(|form_idx| value(form_idx, first)).collect()));

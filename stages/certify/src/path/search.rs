@@ -60,10 +60,18 @@ struct Record {
 
 /// One pair on one interval.
 enum Settled {
-    Free { frame: u16, normal: Vector3<f64> },
-    Open { gap: f64 },
+    Free {
+        frame: u16,
+        normal: Vector3<f64>,
+    },
+    Open {
+        gap: f64,
+    },
     /// At an end or in the middle, at the clearance or below.
-    Close { where_: Where, gap: f64 },
+    Close {
+        where_: Where,
+        gap: f64,
+    },
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -241,7 +249,8 @@ impl PathCertifier {
             let distance = d.norm();
             if distance - model.radii > model.needed {
                 let n = d / distance;
-                let M2 = workspace.world_m2[world.bound_a as usize] + workspace.world_m2[world.bound_b as usize];
+                let M2 =
+                    workspace.world_m2[world.bound_a as usize] + workspace.world_m2[world.bound_b as usize];
                 let [g_0, g_1] = ends.map(|at| n.dot(&between(at)) - model.radii);
                 if stays_above([g_0, distance - model.radii, g_1], M2, model.needed) {
                     return Settled::Free { frame: world.frame_idx, normal: n };

@@ -92,12 +92,10 @@ pub fn certify_path(
     for piece in pieces {
         let points = &piece.control_points;
         let kept = kept_forms.as_mut().and_then(|forms| forms.next_piece(piece.mode, points));
-        let flaw = outside_limits(scene, points)
-            .or_else(|| jump(at, points))
-            .or_else(|| {
-                kept.filter(|kept| !(kept.residual <= options.tol_kept))
-                    .map(|kept| PieceVerdict::NotKept { form_idx: kept.form_idx, residual: kept.residual })
-            });
+        let flaw = outside_limits(scene, points).or_else(|| jump(at, points)).or_else(|| {
+            kept.filter(|kept| !(kept.residual <= options.tol_kept))
+                .map(|kept| PieceVerdict::NotKept { form_idx: kept.form_idx, residual: kept.residual })
+        });
         let kept_residual = kept.map(|kept| kept.residual);
         let mut proof = Vec::new();
         let report = match flaw {
@@ -126,7 +124,8 @@ pub fn certify_path(
 
 fn outside_limits(scene: &Scene, points: &[Vec<f64>]) -> Option<PieceVerdict> {
     points.iter().enumerate().find_map(|(point_idx, point)| {
-        let outside = scene.coordinates.iter().zip(point).position(|(c, q)| !(c.lower <= *q && *q <= c.upper));
+        let outside =
+            scene.coordinates.iter().zip(point).position(|(c, q)| !(c.lower <= *q && *q <= c.upper));
         outside.map(|coordinate_idx| PieceVerdict::OutsideLimits {
             point_idx,
             coordinate_idx,
