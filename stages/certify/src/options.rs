@@ -21,6 +21,10 @@ pub struct CertifyOptions {
     /// Kind of certificate.
     #[arg(long, value_enum, default_value_t = Method::Swept)]
     pub method: Method,
+    /// Threads that certify regions; 0: all cores, or one where other processes share the work. The result does not
+    /// depend on it.
+    #[arg(long, default_value_t = 0)]
+    pub workers: usize,
     /// Samples by which the loss of a cut is judged, for each of region, grasp space and placement space. Larger:
     /// smaller losses are seen, more time.
     #[arg(long, default_value_t = 4000)]
@@ -60,6 +64,7 @@ impl Default for CertifyOptions {
     fn default() -> Self {
         Self {
             method: Method::Swept,
+            workers: 0,
             guide_samples: 4000,
             first_cut_loss: 3e-5,
             max_cut_loss: 1e-3,

@@ -211,6 +211,10 @@ impl ChannelCarrier {
 }
 
 impl Carrier for ChannelCarrier {
+    fn shares_work(&self) -> bool {
+        true
+    }
+
     fn next_candidate(&mut self) -> Result<Option<Region>, StageError> {
         let failed =
             |error: &dyn std::fmt::Debug| StageError::failed(ChannelError::new(channel::WORK, error));

@@ -30,6 +30,10 @@ pub(crate) trait Carrier {
     fn announce(&mut self, announcement: Announcement<'_>) -> Result<(), StageError>;
     /// Newest state of the work.
     fn progress(&mut self, progress: Progress<'_>);
+    /// Whether other processes take candidates from the same queue.
+    fn shares_work(&self) -> bool {
+        false
+    }
 }
 
 /// An output that is on disk.
@@ -118,6 +122,11 @@ impl<'a> Host<'a> {
     pub fn next_candidate(&mut self) -> Result<Option<Region>, StageError> {
         self.check_stop()?;
         self.carrier.next_candidate()
+    }
+
+    /// certify: whether other processes take candidates from the same queue, so that none should be taken ahead.
+    pub fn shares_work(&self) -> bool {
+        self.carrier.shares_work()
     }
 
     /// certify: what became of one candidate.
