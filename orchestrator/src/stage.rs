@@ -7,11 +7,6 @@ pub use ipc_types::stage_name::StageName as Stage;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
-/// File name of a stage's executable.
-pub fn executable_name(stage: StageName) -> String {
-    format!("regrasp-{stage}")
-}
-
 /// The stages whose input depends on this one's output.
 pub fn later_stages(stage: StageName) -> impl Iterator<Item = StageName> {
     StageName::ALL.into_iter().filter(move |other| *other > stage)

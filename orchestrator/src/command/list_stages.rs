@@ -3,7 +3,7 @@
 use crate::cli::StagesArgs;
 use crate::executable::{sibling, version_of};
 use crate::failure::{ExitCode, Failure};
-use crate::stage::{executable_name, purpose};
+use crate::stage::purpose;
 use ipc_types::stage_name::StageName;
 use serde::Serialize;
 
@@ -20,7 +20,7 @@ struct Entry {
 pub fn list_stages(args: &StagesArgs) -> Result<ExitCode, Failure> {
     let mut entries: Vec<Entry> = StageName::ALL
         .into_iter()
-        .map(|stage| entry(stage.word(), purpose(stage), &executable_name(stage)))
+        .map(|stage| entry(stage.word(), purpose(stage), stage.executable()))
         .collect();
     entries.push(entry("check", "independent verification of a run", "regrasp-check"));
     if args.json {
