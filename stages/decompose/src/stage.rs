@@ -38,7 +38,7 @@ impl Stage for DecomposeStage {
             placement: found.placement.map(share),
         });
         for (set, estimate) in &found.certified {
-            host.detail(&format!("certified_{set}"), [estimate.share, estimate.low, estimate.high]);
+            host.detail(&format!("certified_{set}"), [estimate.value, estimate.low, estimate.high]);
         }
         if let Some(chord) = &found.chord {
             host.detail("longest_chord_covered", chord.share());
@@ -50,7 +50,7 @@ impl Stage for DecomposeStage {
 fn outcome(found: &Decomposition) -> Result<Outcome, StageError> {
     let n = found.regions.len();
     match &found.ending {
-        Ending::Covered => Ok(Outcome::Done(format!("{n} regions cover {:.4} of CS_free", found.total.share))),
+        Ending::Covered => Ok(Outcome::Done(format!("{n} regions cover {:.4} of CS_free", found.total.value))),
         Ending::Short(words) => Ok(Outcome::Limit(format!("{n} regions; {words}"))),
         Ending::NowhereFree { set, n_samples } => {
             Ok(Outcome::Negative(format!("{set}: none of {n_samples} samples is free of collision")))
@@ -72,7 +72,7 @@ fn bad_problem(scene: &Scene, task: Option<&str>, error: &ProblemError) -> Stage
 }
 
 fn share(estimate: Estimate) -> artefact::Estimate {
-    artefact::Estimate(estimate.share, estimate.low, estimate.high)
+    artefact::Estimate(estimate.value, estimate.low, estimate.high)
 }
 
 /// Passes regions on as they are found, and asks what certification made of them.
