@@ -1,12 +1,14 @@
 //! What a run has produced so far, read from its directory for summary and report.
 
+use crate::cli::CertifyMethod;
 use crate::failure::Failure;
 use crate::run_directory::RunDirectory;
 use crate::run_record::RunRecord;
-use ipc_types::artefact::{PlanFile, RegionsFile, TrajectoryFile};
+use ipc_types::artefact::{Coverage, Estimate, PlanFile, RegionsFile, TrajectoryFile};
 use ipc_types::stage_name::StageName;
 use ipc_types::status::Status;
 use ipc_types::store::{find_artefact, read_json};
+use serde_json::Value;
 use std::collections::BTreeMap;
 
 /// Everything that summary and report speak of. What the run did not reach is `None`.
@@ -57,9 +59,40 @@ impl Results {
         self.trajectory.as_ref().map(|t| t.segments.iter().map(|segment| segment.lower_bound).sum())
     }
 
-    /// A number among the details of a stage's `status.json`.
-    pub fn detail(&self, stage: StageName, key: &str) -> Option<f64> {
-        self.status.get(&stage)?.details.get(key)?.as_f64()
+    /// Coverage of the certified regions: as `certify/regions.json` says, else as decompose measured it on what came
+    /// back to it. `None` where nobody measured it.
+    pub fn certified_coverage(&self) -> Option<Coverage> {
+        let said = self.regions.as_ref().and_then(|file| file.coverage.clone());
+        let certified = self.record.certify != CertifyMethod::None;
+        said.filter(|_| certified).or_else(|| {
+            let measured = |key: &str| -> Option<Estimate> {
+                let value = self.detail(StageName::Decompose, key)?;
+                serde_json::from_value(value.clone()).ok()
+            };
+            Some(Coverage {
+                total: measured("certified_CS_free").filter(|_| certified)?,
+                grasp: measured("certified_CG_free"),
+                placement: measured("certified_CP_free"),
+            })
+        })
+    }
+
+    /// Shares of their volume that the candidates kept in certification, as certify measured them.
+    pub fn volumes_kept(&self) -> Vec<f64> {
+        let list = self.detail(StageName::Certify, "candidates").and_then(Value::as_array);
+        list.into_iter().flatten().filter_map(|one| one.get("volume_kept")?.as_f64()).collect()
+    }
+
+    /// Time that miqp took for one number of grasps, seconds.
+    pub fn seconds_for(&self, n_grasps: usize) -> Option<f64> {
+        let pairs: Vec<(usize, f64)> =
+            serde_json::from_value(self.detail(StageName::Miqp, "seconds_per_n_grasps")?.clone()).ok()?;
+        pairs.into_iter().find(|(n, _)| *n == n_grasps).map(|(_, seconds)| seconds)
+    }
+
+    /// One of the details of a stage's `status.json`.
+    fn detail(&self, stage: StageName, key: &str) -> Option<&Value> {
+        self.status.get(&stage)?.details.get(key)
     }
 }
 

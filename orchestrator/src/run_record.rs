@@ -3,7 +3,6 @@
 use crate::cli::CertifyMethod;
 use crate::failure::Failure;
 use crate::stage::{StageCommands, StageOptions};
-use ipc_types::exit_code::ExitCode;
 use ipc_types::stage_name::StageName;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
@@ -55,13 +54,6 @@ pub struct Outcome {
     pub exit_code: i32,
     /// Why, in words.
     pub message: String,
-}
-
-impl Outcome {
-    /// Success.
-    pub fn done(message: impl Into<String>) -> Outcome {
-        Outcome { exit_code: ExitCode::Done.code(), message: message.into() }
-    }
 }
 
 impl From<&Failure> for Outcome {
@@ -131,11 +123,6 @@ impl RunRecord {
         ipc_types::store::write_json(run, "run", self).map_err(Failure::from)
     }
 
-    /// The record of a stage.
-    pub fn stage(&self, stage: StageName) -> Option<&StageRecord> {
-        self.stages.iter().find(|record| record.stage == stage)
-    }
-
     /// Puts the record of a stage in its place.
     pub fn put_stage(&mut self, record: StageRecord) {
         self.stages.retain(|other| other.stage != record.stage);
@@ -147,6 +134,7 @@ impl RunRecord {
 #[cfg(test)]
 pub(crate) mod tests {
     use super::*;
+    use ipc_types::exit_code::ExitCode;
 
     /// A record of a small run, for the tests of other files too.
     pub(crate) fn example() -> RunRecord {
@@ -163,7 +151,7 @@ pub(crate) mod tests {
             options: StageOptions::default(),
             commands: StageCommands::default(),
             excluded_pairs: vec!["a / b".into()],
-            outcome: Outcome::done("10 grasps"),
+            outcome: Outcome { exit_code: 0, message: "10 grasps".into() },
             seconds: 1.5,
             stages: vec![StageRecord {
                 stage: StageName::Miqp,

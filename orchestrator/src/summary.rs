@@ -35,7 +35,9 @@ pub struct Summary<'a> {
     /// Coverage of the candidates.
     pub coverage: Option<&'a Coverage>,
     /// Coverage of the certified regions.
-    pub certified_coverage: Option<&'a Coverage>,
+    pub certified_coverage: Option<Coverage>,
+    /// Least and mean share of its volume that a candidate kept; `null` if it was not measured.
+    pub volume_kept: Option<(f64, f64)>,
     /// Pairs of links that the scene leaves out of collision.
     pub excluded_pairs: &'a [String],
     /// Acceptance check.
@@ -66,7 +68,8 @@ impl<'a> Summary<'a> {
             candidate_regions: regions(&results.candidates, false),
             certified_regions: regions(&results.regions, true),
             coverage: results.candidates.as_ref().and_then(|f| f.coverage.as_ref()),
-            certified_coverage: results.regions.as_ref().and_then(|f| f.coverage.as_ref()),
+            certified_coverage: results.certified_coverage(),
+            volume_kept: least_and_mean(&results.volumes_kept()),
             excluded_pairs: &results.record.excluded_pairs,
             acceptance: results.record.acceptance.as_ref(),
             seconds: results.record.seconds,
@@ -91,8 +94,9 @@ impl<'a> Summary<'a> {
         if let Some(acceptance) = self.acceptance {
             let verdict = if acceptance.accepted { "passed" } else { "FAILED" };
             let _ = writeln!(text, "  {:<12} {verdict}", "acceptance");
-            let shown = acceptance.lines.iter().filter(|_| !acceptance.accepted);
-            shown.for_each(|line| drop(writeln!(text, "  {:<12} {line}", "")));
+            for line in acceptance.lines.iter().filter(|_| !acceptance.accepted) {
+                let _ = writeln!(text, "  {:<12} {line}", "");
+            }
         }
         let _ = writeln!(text, "\n  {:<12} {:>9} {:>9} {:>9}", "stage", "time", "CPU", "memory");
         for stage in self.stages {
@@ -129,11 +133,17 @@ impl<'a> Summary<'a> {
             let _ = write!(text, " cover {}", coverage_words(coverage));
         }
         let _ = write!(text, "; {} certified", self.certified_regions);
-        if let Some(coverage) = self.certified_coverage {
+        if let Some(coverage) = &self.certified_coverage {
             let _ = write!(text, ", cover {}", coverage_words(coverage));
         }
         text
     }
+}
+
+/// `None` of nothing.
+fn least_and_mean(values: &[f64]) -> Option<(f64, f64)> {
+    let least = values.iter().copied().reduce(f64::min)?;
+    Some((least, values.iter().sum::<f64>() / values.len() as f64))
 }
 
 /// What of the run is certified, in words.

@@ -15,12 +15,10 @@ const BAR: f64 = 18.0;
 /// Coverage of candidates and of certified regions, each with its 95 % interval.
 pub fn coverage(results: &Results) -> String {
     let mut rows: Vec<(String, Estimate)> = Vec::new();
-    let files = [(&results.candidates, "candidates"), (&results.regions, "certified")];
-    for (file, who) in files {
-        if let Some(Coverage { total, grasp, placement }) =
-            file.as_ref().and_then(|file| file.coverage.as_ref())
-        {
-            rows.push((format!("CS_free, {who}"), *total));
+    let candidates = results.candidates.as_ref().and_then(|file| file.coverage.clone());
+    for (coverage, who) in [(candidates, "candidates"), (results.certified_coverage(), "certified")] {
+        if let Some(Coverage { total, grasp, placement }) = coverage {
+            rows.push((format!("CS_free, {who}"), total));
             rows.extend(grasp.map(|e| (format!("CG_free, {who}"), e)));
             rows.extend(placement.map(|e| (format!("CP_free, {who}"), e)));
         }

@@ -120,10 +120,15 @@ fn section(html: &mut String, title: &str, body: &str) {
 }
 
 fn regions(file: &RegionsFile, results: &Results, ranges: &[(f64, f64)]) -> String {
+    let volumes = results.volumes_kept();
+    let least = volumes.iter().copied().reduce(f64::min);
+    let kept = least
+        .map(|least| format!("; of its volume a candidate kept {} at least", share(least)))
+        .unwrap_or_default();
     let certified = file.regions.iter().filter(|region| region.certified).count();
     let faces: usize = file.regions.iter().map(|region| region.b.len()).sum();
     format!(
-        "<p>{} regions with {} faces, {} certified.</p><figure>{}<figcaption>Each region is shown by its slice through its own centre; the path is projected: <i class=\"key\" style=\"background:var(--ink)\"></i>transit, <i class=\"key\" style=\"background:var(--held)\"></i>transfer, ○ start, ● goal.</figcaption></figure>",
+        "<p>{} regions with {} faces, {} certified{kept}.</p><figure>{}<figcaption>Each region is shown by its slice through its own centre; the path is projected: <i class=\"key\" style=\"background:var(--ink)\"></i>transit, <i class=\"key\" style=\"background:var(--held)\"></i>transfer, ○ start, ● goal.</figcaption></figure>",
         file.regions.len(),
         faces,
         certified,

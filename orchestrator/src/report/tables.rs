@@ -5,8 +5,6 @@ use crate::quantity::{bytes, figure, seconds};
 use crate::results::Results;
 use crate::summary::tried_words;
 use ipc_types::artefact::{Tried, TriedStatus};
-use ipc_types::stage_name::StageName;
-use serde_json::Value;
 use std::fmt::Write;
 
 /// One row for each ℓ that was tried.
@@ -18,9 +16,9 @@ pub fn tried(results: &Results) -> String {
     let mut html = String::from(
         "<p>Fewest grasps first. <em>Infeasible</em> and <em>at least</em> are proven by bounds that are rounded outward, over the regions below; other regions might allow more.</p><div class=\"scroll\"><table><tr><th class=\"n\">ℓ</th><th>outcome</th><th class=\"n\">cost</th><th class=\"n\">at least</th><th class=\"n\">nodes</th><th class=\"n\">time</th><th>why</th></tr>",
     );
-    for (idx, one) in tried.iter().enumerate() {
+    for one in tried {
         let cell = |value: Option<f64>| value.map_or_else(|| "–".into(), figure);
-        let time = time_of(results, idx, one).map_or_else(|| "–".into(), seconds);
+        let time = results.seconds_for(one.n_grasps).map_or_else(|| "–".into(), seconds);
         // Writing to a string does not fail, here and below.
         let _ = write!(
             html,
@@ -40,15 +38,6 @@ pub fn tried(results: &Results) -> String {
     }
     html.push_str("</table></div>");
     html
-}
-
-/// Time of one ℓ, from the details of miqp's status: a list `seconds_by_n_grasps` in the order of `tried`, or a map.
-fn time_of(results: &Results, idx: usize, one: &Tried) -> Option<f64> {
-    match results.status.get(&StageName::Miqp)?.details.get("seconds_by_n_grasps")? {
-        Value::Array(list) => list.get(idx)?.as_f64(),
-        Value::Object(map) => map.get(&one.n_grasps.to_string())?.as_f64(),
-        _ => None,
-    }
 }
 
 /// What each stage cost and said of itself.
