@@ -61,9 +61,8 @@ pub(crate) fn bridge_seeds(
             let mut pairs: Vec<(f64, usize, usize)> = Vec::new();
             for (i, u) in members[a].iter().enumerate() {
                 let nearest = members[b].iter().enumerate().map(|(j, v)| ((u - v).norm(), j));
-                pairs.extend(
-                    nearest.min_by(|p, q| p.0.total_cmp(&q.0)).map(|(distance, j)| (distance, i, j)),
-                );
+                pairs
+                    .extend(nearest.min_by(|p, q| p.0.total_cmp(&q.0)).map(|(distance, j)| (distance, i, j)));
             }
             pairs.sort_by(|p, q| p.0.total_cmp(&q.0));
             let visible = pairs
@@ -94,7 +93,13 @@ mod tests {
         let interval = |low: f64, high: f64| {
             HPolyhedron::from_box(&DVector::from_vec(vec![low]), &DVector::from_vec(vec![high]))
         };
-        let regions = [interval(0.0, 1.0), interval(3.0, 4.0), interval(0.9, 2.0), interval(1.9, 2.5), interval(2.5, 3.0)];
+        let regions = [
+            interval(0.0, 1.0),
+            interval(3.0, 4.0),
+            interval(0.9, 2.0),
+            interval(1.9, 2.5),
+            interval(2.5, 3.0),
+        ];
         assert_eq!(components(&regions), vec![0, 1, 0, 0, 2]);
         assert!(components(&[]).is_empty());
     }

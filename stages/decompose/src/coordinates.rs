@@ -82,10 +82,8 @@ mod tests {
             upper: DVector::from_vec(vec![3.14, 1.0, 0.0]),
         };
         let coordinates = Coordinates::new(limits, &[false, true, true]);
-        let P = HPolyhedron {
-            A: DMatrix::from_row_slice(1, 2, &[3.0, 4.0]),
-            b: DVector::from_vec(vec![1.0]),
-        };
+        let P =
+            HPolyhedron { A: DMatrix::from_row_slice(1, 2, &[3.0, 4.0]), b: DVector::from_vec(vec![1.0]) };
         let prism = coordinates.prism(&P);
         assert_eq!(prism.n_faces(), 7);
         assert_eq!(prism.b.as_slice()[..6], [3.14, 1.0, 0.0, 3.14, 1.0, 0.055]);

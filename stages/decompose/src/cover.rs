@@ -15,7 +15,7 @@ use crate::clique_cover::{clique_cover, seed_of_clique};
 use crate::coordinates::Coordinates;
 use crate::coverage::{Estimate, covered, wilson_interval};
 use crate::domain::Domain;
-use crate::grow::{Grown, Growing, GrowthJob, select};
+use crate::grow::{Growing, Grown, GrowthJob, select};
 use crate::iris_zo::{Growth, Seed};
 use crate::leaf_chords::{ChordCoverage, Leaves};
 use crate::options::Options;
@@ -184,7 +184,9 @@ impl<'a, S: Sink> Cover<'a, S> {
         }
         let placement = problem.placement.as_ref().and_then(|P| Target::new(TargetKind::Placement, P));
         let whole_is_placement = placement.as_ref().is_none_or(|target| target.contains_box(&problem.limits));
-        if let (Some(grasp), Some(placement), false) = (&problem.grasp, &problem.placement, whole_is_placement) {
+        if let (Some(grasp), Some(placement), false) =
+            (&problem.grasp, &problem.placement, whole_is_placement)
+        {
             add(Target::new(TargetKind::GraspPlacement, &grasp.intersection(placement)));
         }
         add(Target::new(TargetKind::Total, &problem.limits.to_polyhedron()));
@@ -358,8 +360,11 @@ impl<'a, S: Sink> Cover<'a, S> {
                     continue;
                 }
                 let (target, domain) = self.targets[target_idx].clone();
-                let samples =
-                    target.sample_free(self.problem.free, self.options.coverage_samples, &mut self.streams.take());
+                let samples = target.sample_free(
+                    self.problem.free,
+                    self.options.coverage_samples,
+                    &mut self.streams.take(),
+                );
                 if samples.free.is_empty() {
                     if matches!(target.kind, TargetKind::Total | TargetKind::Grasp) && !after_certification {
                         let (set, n_samples) = (target.kind.name(), samples.n_drawn);
@@ -375,7 +380,10 @@ impl<'a, S: Sink> Cover<'a, S> {
                     continue;
                 }
                 all_met = false;
-                let gained = self.grow_where_uncovered(target.kind, &domain, &uncovered)?;
+                // Half of what may stay uncovered: the next round's samples are not these.
+                let may_stay = 0.5 * (1.0 - self.wanted(target.kind, after_certification));
+                let enough = (may_stay * samples.free.len() as f64) as usize;
+                let gained = self.grow_where_uncovered(target.kind, &domain, &uncovered, enough)?;
                 n_stalled[target_idx] = if gained { 0 } else { n_stalled[target_idx] + 1 };
             }
             if all_met {
@@ -385,12 +393,13 @@ impl<'a, S: Sink> Cover<'a, S> {
         Ok(None)
     }
 
-    /// One clique cover of uncovered samples; whether a region was added.
+    /// One clique cover of uncovered samples, until `enough` or fewer of them are left; whether a region was added.
     fn grow_where_uncovered(
         &mut self,
         kind: TargetKind,
         domain: &Domain<'a>,
         uncovered: &[Vec<f64>],
+        enough: usize,
     ) -> Result<bool, S::Error> {
         let points: Vec<DVector<f64>> =
             uncovered.iter().take(self.options.visibility_samples).map(|q| domain.u_from_q(q)).collect();
@@ -422,6 +431,9 @@ impl<'a, S: Sink> Cover<'a, S> {
             let least_gain = left.len() / 25;
             gained |= self.grow_and_select(&jobs, &left, least_gain)?;
             left.retain(|q| !covered(&self.covering, q));
+            if left.len() <= enough {
+                break;
+            }
         }
         Ok(gained)
     }
@@ -468,13 +480,17 @@ impl<'a, S: Sink> Cover<'a, S> {
     /// Regions in CG at what the longest chord of a transfer leaf lacks.
     fn grow_chord(&mut self, wanted: f64) -> Result<(), S::Error> {
         let Some(leaves) = self.leaves.clone() else { return Ok(()) };
-        let Some((_, domain)) = self.targets.iter().find(|(target, _)| target.kind == TargetKind::Grasp).cloned()
+        let Some((_, domain)) =
+            self.targets.iter().find(|(target, _)| target.kind == TargetKind::Grasp).cloned()
         else {
             return Ok(());
         };
         for _ in 0..MAX_CHORD_ROUNDS {
             let chord = leaves.measure(self.problem, &self.covering, &mut self.streams.take());
-            if chord.share() >= wanted || (self.is_stopped)() || self.regions.len() >= self.options.max_regions {
+            if chord.share() >= wanted
+                || (self.is_stopped)()
+                || self.regions.len() >= self.options.max_regions
+            {
                 break;
             }
             let jobs: Vec<GrowthJob<'_, '_>> = chord
@@ -532,8 +548,9 @@ impl<'a, S: Sink> Cover<'a, S> {
     /// The share of a set that is covered, on fresh samples; `None` if there is no such set or it is nowhere free.
     fn estimate(&mut self, kind: TargetKind) -> Option<Estimate> {
         let (target, _) = self.targets.iter().find(|(target, _)| target.kind == kind)?.clone();
-        let samples =
-            target.sample_free(self.problem.free, self.options.coverage_samples, &mut self.streams.take()).free;
+        let samples = target
+            .sample_free(self.problem.free, self.options.coverage_samples, &mut self.streams.take())
+            .free;
         let n_hits = samples.iter().filter(|q| covered(&self.covering, q)).count();
         (!samples.is_empty()).then(|| wilson_interval(n_hits, samples.len()))
     }

@@ -34,8 +34,9 @@ pub fn covered(regions: &[HPolyhedron], q: &[f64]) -> bool {
 
 /// Whether `region` contains `q`, faces included.
 pub(crate) fn contains(region: &HPolyhedron, q: &[f64]) -> bool {
-    (0..region.n_faces())
-        .all(|face_idx| (0..q.len()).map(|j| region.A[(face_idx, j)] * q[j]).sum::<f64>() <= region.b[face_idx])
+    (0..region.n_faces()).all(|face_idx| {
+        (0..q.len()).map(|j| region.A[(face_idx, j)] * q[j]).sum::<f64>() <= region.b[face_idx]
+    })
 }
 
 #[cfg(test)]

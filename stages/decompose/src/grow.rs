@@ -113,7 +113,11 @@ impl Growing<'_> {
 }
 
 /// The positions of candidates that cover `uncovered` greedily, each adding at least `least_gain` samples.
-pub(crate) fn select(candidates: &[Option<Candidate>], uncovered: &[Vec<f64>], least_gain: usize) -> Vec<usize> {
+pub(crate) fn select(
+    candidates: &[Option<Candidate>],
+    uncovered: &[Vec<f64>],
+    least_gain: usize,
+) -> Vec<usize> {
     let covers: Vec<Vec<bool>> = candidates
         .iter()
         .map(|candidate| {

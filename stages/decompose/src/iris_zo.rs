@@ -38,15 +38,15 @@ pub(crate) struct Growth {
 /// Relative excess τ of the test.
 const TAU: f64 = 0.5;
 /// The test's ε before the last separation, in units of the requested one.
-const COARSE: f64 = 8.0;
+const COARSE: f64 = 4.0;
 /// The ellipsoid must grow by this factor, or the alternation ends.
 const LEAST_GROWTH: f64 = 1.02;
 /// Steps of the walk between two samples.
 const MIXING_STEPS: usize = 3;
 /// Chords of each pass whose ends are checked.
 const N_CHORDS: usize = 150;
-/// Collisions that end a pass; more at once would be cut off by the first ones' faces.
-const BATCH: usize = 24;
+/// Collisions that end a pass: more at once would mostly be cut off by the first ones' faces.
+const BATCH: usize = 6;
 /// A face so near a chord's end is not what the end tests.
 const INSET: f64 = 1e-9;
 /// A chord's end so near the domain's own faces is not tested.
@@ -71,12 +71,7 @@ pub(crate) struct Draft {
 }
 
 /// Grows a draft. `None` if the witness is not free or no region with an interior is left.
-pub(crate) fn grow(
-    domain: &Domain<'_>,
-    seed: &Seed,
-    growth: &Growth,
-    rng: &mut ChaCha8Rng,
-) -> Option<Draft> {
+pub(crate) fn grow(domain: &Domain<'_>, seed: &Seed, growth: &Growth, rng: &mut ChaCha8Rng) -> Option<Draft> {
     if !domain.is_free(&seed.witness) {
         return None;
     }

@@ -39,7 +39,11 @@ const N_STEPS: usize = 200;
 const INSET: f64 = 1e-4;
 
 /// Measures chords of transfer leaves; `None` without a task, or if leaves are not lines. `seed` chooses the leaves.
-pub fn longest_chord_coverage(problem: &Problem<'_>, regions: &[HPolyhedron], seed: u64) -> Option<ChordCoverage> {
+pub fn longest_chord_coverage(
+    problem: &Problem<'_>,
+    regions: &[HPolyhedron],
+    seed: u64,
+) -> Option<ChordCoverage> {
     let coordinates = Coordinates::new(problem.limits.clone(), &problem.relevant);
     let leaves = Leaves::new(problem, &coordinates)?;
     Some(leaves.measure(problem, regions, &mut Streams::new(seed).take()))
@@ -150,8 +154,9 @@ fn leaf_direction(forms: &DMatrix<f64>, coordinates: &Coordinates) -> Option<DVe
     let v_t = svd.v_t?;
     let kernel: Vec<DVector<f64>> =
         (0..n).filter(|&k| svd.singular_values[k] < 1e-9).map(|k| v_t.row(k).transpose()).collect();
-    let shadow =
-        DMatrix::from_fn(coordinates.n_relevant(), kernel.len(), |row, k| kernel[k][coordinates.relevant[row]]);
+    let shadow = DMatrix::from_fn(coordinates.n_relevant(), kernel.len(), |row, k| {
+        kernel[k][coordinates.relevant[row]]
+    });
     if shadow.is_empty() {
         return None;
     }

@@ -26,7 +26,7 @@ pub struct Options {
     #[arg(long, default_value_t = 0.994)]
     pub certified_chord_coverage: f64,
     /// IRIS-ZO: share of a region that may be in collision. Smaller: fewer cuts by certification, more samples.
-    #[arg(long, default_value_t = 2e-3)]
+    #[arg(long, default_value_t = 5e-3)]
     pub epsilon: f64,
     /// IRIS-ZO: probability with which a region may miss epsilon.
     #[arg(long, default_value_t = 0.05)]
@@ -74,7 +74,7 @@ impl Default for Options {
             certified_coverage: 0.975,
             certified_grasp_coverage: 0.97,
             certified_chord_coverage: 0.994,
-            epsilon: 2e-3,
+            epsilon: 5e-3,
             delta: 0.05,
             configuration_margin: 2e-6,
             max_iterations: 4,

@@ -216,7 +216,12 @@ mod tests {
     }
 
     /// A face placed in the square [-1, 1]² where `is_free`, for an ellipsoid about the origin.
-    fn placed(is_free: fn(&[f64]) -> bool, A: DMatrix<f64>, collision: &[f64], witness: &[f64]) -> Option<Face> {
+    fn placed(
+        is_free: fn(&[f64]) -> bool,
+        A: DMatrix<f64>,
+        collision: &[f64],
+        witness: &[f64],
+    ) -> Option<Face> {
         let limits = Hyperrectangle { lower: vector(&[-1.0, -1.0]), upper: vector(&[1.0, 1.0]) };
         let coordinates = Coordinates::new(limits.clone(), &[true, true]);
         let free = FreeWhere(is_free);

@@ -100,7 +100,11 @@ impl Problem<'_> {
             for j in 0..n {
                 let value = anchor.q[j];
                 if !(self.limits.lower[j] <= value && value <= self.limits.upper[j]) {
-                    return Err(ProblemError::OutsideLimits { name: anchor.name.clone(), coordinate: j, value });
+                    return Err(ProblemError::OutsideLimits {
+                        name: anchor.name.clone(),
+                        coordinate: j,
+                        value,
+                    });
                 }
             }
             if !self.free.is_free(anchor.q.as_slice()) {

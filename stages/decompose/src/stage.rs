@@ -25,7 +25,9 @@ impl Stage for DecomposeStage {
             None => CollisionChecker::new(&job.scene),
         };
         let problem = problem_of_scene(&job.scene, task, &checker);
-        problem.check().map_err(|error| bad_problem(&job.scene, task.map(|task| task.name.as_str()), &error))?;
+        problem
+            .check()
+            .map_err(|error| bad_problem(&job.scene, task.map(|task| task.name.as_str()), &error))?;
         let stop = host.stop_flag();
         let found = {
             let _span = spans::enter("decompose.cover", 0);
@@ -50,7 +52,9 @@ impl Stage for DecomposeStage {
 fn outcome(found: &Decomposition) -> Result<Outcome, StageError> {
     let n = found.regions.len();
     match &found.ending {
-        Ending::Covered => Ok(Outcome::Done(format!("{n} regions cover {:.4} of CS_free", found.total.value))),
+        Ending::Covered => {
+            Ok(Outcome::Done(format!("{n} regions cover {:.4} of CS_free", found.total.value)))
+        }
         Ending::Short(words) => Ok(Outcome::Limit(format!("{n} regions; {words}"))),
         Ending::NowhereFree { set, n_samples } => {
             Ok(Outcome::Negative(format!("{set}: none of {n_samples} samples is free of collision")))

@@ -87,7 +87,8 @@ impl Target {
                 }
                 None => {
                     for j in 0..n {
-                        q[j] = (self.bounds.lower[j] + extent[j] * rng.random::<f64>()).min(self.bounds.upper[j]);
+                        q[j] = (self.bounds.lower[j] + extent[j] * rng.random::<f64>())
+                            .min(self.bounds.upper[j]);
                     }
                     if !self.is_box && !contains(&self.polyhedron, &q) {
                         continue;

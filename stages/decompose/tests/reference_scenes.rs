@@ -1,7 +1,9 @@
 //! Coverage of the reference scenes by brute force.
 
 use collision::CollisionChecker;
-use decompose::{Decomposition, Ending, Options, Sink, covered, decompose, longest_chord_coverage, problem_of_scene};
+use decompose::{
+    Decomposition, Ending, Options, Sink, covered, decompose, longest_chord_coverage, problem_of_scene,
+};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use scene::Scene;
@@ -51,8 +53,18 @@ fn check_bottle_cap(name: &str, seeds: std::ops::Range<u64>) {
     for seed in seeds {
         let begin = std::time::Instant::now();
         let found = run(&scene, &Options::default(), seed);
-        eprintln!("{name} seed {seed}: {} regions in {:?}, {:?}", found.regions.len(), begin.elapsed(), found.ending);
-        eprintln!("  total {:?} grasp {:?} chord {:?}", found.total, found.grasp, found.chord.as_ref().map(|c| (c.free, c.covered, c.share())));
+        eprintln!(
+            "{name} seed {seed}: {} regions in {:?}, {:?}",
+            found.regions.len(),
+            begin.elapsed(),
+            found.ending
+        );
+        eprintln!(
+            "  total {:?} grasp {:?} chord {:?}",
+            found.total,
+            found.grasp,
+            found.chord.as_ref().map(|c| (c.free, c.covered, c.share()))
+        );
         let polyhedra: Vec<_> = found.regions.iter().map(|region| region.polyhedron.clone()).collect();
         let mut rng = ChaCha8Rng::seed_from_u64(1000 + seed);
         for (set, lower, upper, wanted) in [
@@ -62,8 +74,9 @@ fn check_bottle_cap(name: &str, seeds: std::ops::Range<u64>) {
         ] {
             let (mut n_free, mut n_covered) = (0, 0);
             for _ in 0..100_000 {
-                let q: Vec<f64> =
-                    (0..lower.len()).map(|j| lower[j] + (upper[j] - lower[j]) * rng.random::<f64>()).collect();
+                let q: Vec<f64> = (0..lower.len())
+                    .map(|j| lower[j] + (upper[j] - lower[j]) * rng.random::<f64>())
+                    .collect();
                 if checker.is_free(&q) {
                     n_free += 1;
                     n_covered += usize::from(covered(&polyhedra, &q));
@@ -90,7 +103,12 @@ fn check_bottle_cap(name: &str, seeds: std::ops::Range<u64>) {
                     n_colliding += usize::from(!checker.is_free(&q));
                 }
             }
-            eprintln!("  region {} {} faces {}: {n_colliding} of {n_inside}", region.id, region.method, region.polyhedron.n_faces());
+            eprintln!(
+                "  region {} {} faces {}: {n_colliding} of {n_inside}",
+                region.id,
+                region.method,
+                region.polyhedron.n_faces()
+            );
             assert!(n_colliding as f64 <= 0.01 * n_inside as f64 + 5.0, "region {}", region.id);
         }
         assert_eq!(found.ending, Ending::Covered);
