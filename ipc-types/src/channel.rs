@@ -46,6 +46,10 @@ const BUFFER: usize = 64;
 /// Elements that are allocated in advance for a sample; longer ones make the segment grow.
 const FIRST_LENGTH: usize = 512;
 
+/// The same for ids, and for work: the library sets memory aside for every client that there may be.
+const FIRST_IDS: usize = 4;
+const FIRST_WORK: usize = 64;
+
 /// Node of a process in the domain of a run.
 pub type RunNode = Node<ipc::Service>;
 /// Sends regions.
@@ -203,7 +207,10 @@ fn work_channel(node: &RunNode) -> Result<WorkFactory, ChannelError> {
         .max_servers(1)
         .max_clients(MAX_WORKERS)
         .max_nodes(MAX_PROCESSES)
-        .max_active_requests_per_client(2)
+        .max_active_requests_per_client(1)
+        .max_response_buffer_size(1)
+        .max_borrowed_responses_per_pending_response(1)
+        .max_loaned_requests(1)
         .enable_safe_overflow_for_requests(false)
         .enable_safe_overflow_for_responses(false)
         .open_or_create()
@@ -220,7 +227,7 @@ pub fn work_client(node: &RunNode) -> Result<WorkClient, ChannelError> {
 pub fn work_server(node: &RunNode) -> Result<WorkServer, ChannelError> {
     work_channel(node)?
         .server_builder()
-        .initial_max_slice_len(FIRST_LENGTH)
+        .initial_max_slice_len(FIRST_WORK)
         .allocation_strategy(AllocationStrategy::PowerOfTwo)
         .backpressure_strategy(BackpressureStrategy::DiscardData)
         .create()
@@ -242,9 +249,12 @@ fn control_channel(node: &RunNode, stage: StageName) -> Result<ControlFactory, C
         .request_user_header::<ControlRequest>()
         .response_user_header::<ControlAnswer>()
         .max_servers(1)
-        .max_clients(MAX_WORKERS)
+        .max_clients(if stage == StageName::Certify { MAX_WORKERS } else { 4 })
         .max_nodes(MAX_PROCESSES)
-        .max_active_requests_per_client(2)
+        .max_active_requests_per_client(1)
+        .max_response_buffer_size(1)
+        .max_borrowed_responses_per_pending_response(1)
+        .max_loaned_requests(1)
         .enable_safe_overflow_for_requests(false)
         .enable_safe_overflow_for_responses(false)
         .open_or_create()
@@ -255,7 +265,7 @@ fn control_channel(node: &RunNode, stage: StageName) -> Result<ControlFactory, C
 pub fn control_client(node: &RunNode, stage: StageName) -> Result<ControlClient, ChannelError> {
     control_channel(node, stage)?
         .client_builder()
-        .initial_max_slice_len(FIRST_LENGTH)
+        .initial_max_slice_len(FIRST_IDS)
         .allocation_strategy(AllocationStrategy::PowerOfTwo)
         .create()
         .map_err(|error| ChannelError::new(control_name(stage), error))
@@ -265,7 +275,7 @@ pub fn control_client(node: &RunNode, stage: StageName) -> Result<ControlClient,
 pub fn control_server(node: &RunNode, stage: StageName) -> Result<ControlServer, ChannelError> {
     control_channel(node, stage)?
         .server_builder()
-        .initial_max_slice_len(FIRST_LENGTH)
+        .initial_max_slice_len(FIRST_IDS)
         .allocation_strategy(AllocationStrategy::PowerOfTwo)
         .backpressure_strategy(BackpressureStrategy::DiscardData)
         .create()

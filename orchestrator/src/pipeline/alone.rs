@@ -11,7 +11,8 @@ use crate::run_record::{Acceptance, StageRecord};
 use ipc_types::artefact::RegionsFile;
 use ipc_types::container;
 use ipc_types::stage_name::StageName;
-use ipc_types::store::read_artefact;
+use ipc_types::status::Status;
+use ipc_types::store::{read_artefact, read_json};
 use std::path::Path;
 use std::time::{Duration, Instant};
 
@@ -47,7 +48,8 @@ pub fn run_stage(request: &StageRequest) -> Result<StageRecord, Failure> {
             exit_code: exit_code.code(),
             seconds: ended.seconds,
             cpu_seconds: ended.cpu_seconds,
-            peak_bytes: ended.peak_bytes,
+            peak_bytes: read_json::<Status>(&request.output.join("status.json"))
+                .map_or(ended.peak_bytes, |status| status.peak_bytes),
             stale: false,
         }),
     }

@@ -36,8 +36,6 @@ pub struct Child {
     pid: libc::pid_t,
     started: Instant,
     ended: Option<Ended>,
-    /// Its log.
-    pub log: PathBuf,
 }
 
 /// How a process ended, and what it used.
@@ -96,12 +94,7 @@ impl Child {
         })?;
         let pid = libc::pid_t::try_from(child.id())
             .map_err(|_| Failure::stage_failed(format!("process id {} is out of range", child.id())))?;
-        Ok(Child { pid, started: Instant::now(), ended: None, log: command.log.clone() })
-    }
-
-    /// Process id.
-    pub fn id(&self) -> u32 {
-        u32::try_from(self.pid).unwrap_or(0)
+        Ok(Child { pid, started: Instant::now(), ended: None })
     }
 
     /// How it ended, if it has. What it started and left behind is killed.
@@ -244,7 +237,7 @@ mod tests {
         let ended = child.poll().unwrap();
         assert_eq!(ended.code, 3);
         assert!(ended.peak_bytes > 0);
-        assert_eq!(words_in_log(&child.log).unwrap(), "d");
+        assert_eq!(words_in_log(&folder.path().join("log.txt")).unwrap(), "d");
     }
 
     #[test]

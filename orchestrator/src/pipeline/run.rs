@@ -626,10 +626,14 @@ impl<'a> Run<'a> {
     }
 
     fn records(&mut self) -> Vec<StageRecord> {
+        let folder = self.directory.path();
         self.slots
             .values_mut()
             .filter(|slot| !slot.processes.is_empty())
             .map(|slot| {
+                // Its own figure, if it gives one: ours counts what this process held when it started the stage.
+                let own = read_json::<Status>(&folder.join(slot.stage.word()).join("status.json"));
+                let own = own.ok().map(|status| status.peak_bytes).filter(|bytes| *bytes > 0);
                 let ended: Vec<_> =
                     slot.processes.iter_mut().filter_map(|process| process.child.poll()).collect();
                 StageRecord {
@@ -642,7 +646,7 @@ impl<'a> Run<'a> {
                     exit_code: slot.outcome.map_or_else(|| slot.exit_code(), ExitCode::code),
                     seconds: slot.worked.as_secs_f64(),
                     cpu_seconds: ended.iter().map(|ended| ended.cpu_seconds).sum(),
-                    peak_bytes: ended.iter().map(|ended| ended.peak_bytes).max().unwrap_or(0),
+                    peak_bytes: own.or_else(|| ended.iter().map(|ended| ended.peak_bytes).max()).unwrap_or(0),
                     stale: false,
                 }
             })

@@ -1,7 +1,10 @@
 //! The stage: scene and task in, candidate regions out.
 
 use collision::CollisionChecker;
-use decompose::{Decomposition, Ending, Estimate, Options, ProblemError, Sink, decompose, problem_of_scene};
+use decompose::{
+    Anchor, Decomposition, Ending, Estimate, Options, Problem, ProblemError, Sink, decompose, parse_configuration,
+    problem_of_scene, regions_at,
+};
 use ipc_types::artefact::{self, Coverage};
 use scene::Scene;
 use stage_kit::{Host, Input, Job, Outcome, Stage, StageError, StageName, spans};
@@ -63,16 +66,35 @@ fn outcome(found: &Decomposition) -> Result<Outcome, StageError> {
     }
 }
 
-/// Start or goal in collision: the field of the scene file, and what to do.
-fn bad_problem(scene: &Scene, task: Option<&str>, error: &ProblemError) -> StageError {
-    match error {
-        ProblemError::NotFree { name } => StageError::BadInput(format!(
-            "scene {}: task.{}.{name}: {error}; move it, or lower the clearance",
-            scene.name,
-            task.unwrap_or("?")
-        )),
-        other => StageError::bad_input(other),
-    }
+/// The configurations of `--region-at`.
+fn given_anchors(options: &Options, n: usize) -> Result<Vec<Anchor>, ProblemError> {
+    let anchor = |text: &String| Ok(Anchor { name: text.clone(), q: parse_configuration(text, n)? });
+    options.region_at.iter().map(anchor).collect()
+}
+
+/// A configuration that is not free: which, the pair of bodies, and what to do.
+fn bad_anchor(
+    scene: &Scene,
+    checker: &CollisionChecker,
+    problem: &Problem<'_>,
+    error: &ProblemError,
+    field: &str,
+) -> StageError {
+    let ProblemError::NotFree { name } = error else {
+        return StageError::BadInput(format!("scene {}: {field}: {error}", scene.name));
+    };
+    let pair = problem
+        .anchors
+        .iter()
+        .find(|anchor| anchor.name == *name)
+        .and_then(|anchor| checker.colliding_pair(anchor.q.as_slice()))
+        .map_or_else(String::new, |pair| {
+            format!(" of {} with {}", scene.bodies[pair.body_a].name, scene.bodies[pair.body_b].name)
+        });
+    StageError::BadInput(format!(
+        "scene {}: {field}: {error}{pair}; move it, or lower the clearance",
+        scene.name
+    ))
 }
 
 fn share(estimate: Estimate) -> artefact::Estimate {

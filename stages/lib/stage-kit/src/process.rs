@@ -89,8 +89,15 @@ pub(crate) fn usage() -> Usage {
     let seconds = |time: libc::timeval| time.tv_sec as f64 + 1e-6 * time.tv_usec as f64;
     Usage {
         cpu_seconds: seconds(usage.ru_utime) + seconds(usage.ru_stime),
-        peak_bytes: u64::try_from(usage.ru_maxrss).unwrap_or(0) * 1024,
+        peak_bytes: own_peak_bytes().unwrap_or_else(|| u64::try_from(usage.ru_maxrss).unwrap_or(0) * 1024),
     }
+}
+
+/// Peak of this program alone: getrusage also counts what the parent held when it forked.
+fn own_peak_bytes() -> Option<u64> {
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
+    Some(line.trim().trim_end_matches("kB").trim().parse::<u64>().ok()? * 1024)
 }
 
 static PANIC_MESSAGE: Mutex<Option<String>> = Mutex::new(None);
