@@ -2,6 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::problem::ProblemError;
+
 /// How to decompose; all of it is part of what makes a run repeatable.
 #[derive(Debug, Clone, PartialEq, clap::Args, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
@@ -86,6 +88,76 @@ impl Default for Options {
             threads: 1,
             region_at: Vec::new(),
             domain_radius: 0.0,
+        }
+    }
+}
+
+impl Options {
+    /// Whether all values are in their ranges.
+    pub fn check(&self) -> Result<(), ProblemError> {
+        let shares = [
+            ("coverage", self.coverage),
+            ("grasp-coverage", self.grasp_coverage),
+            ("chord-coverage", self.chord_coverage),
+            ("certified-coverage", self.certified_coverage),
+            ("certified-grasp-coverage", self.certified_grasp_coverage),
+            ("certified-chord-coverage", self.certified_chord_coverage),
+        ];
+        for (name, value) in shares {
+            if !(0.0..=1.0).contains(&value) {
+                return Err(ProblemError::Option { name, value, expected: "a share from 0 to 1" });
+            }
+        }
+        for (name, value) in [("epsilon", self.epsilon), ("delta", self.delta)] {
+            if !(1e-6..=0.5).contains(&value) {
+                return Err(ProblemError::Option { name, value, expected: "a probability from 1e-6 to 0.5" });
+            }
+        }
+        for (name, value) in
+            [("configuration-margin", self.configuration_margin), ("domain-radius", self.domain_radius)]
+        {
+            if !(value >= 0.0 && value.is_finite()) {
+                return Err(ProblemError::Option { name, value, expected: "a finite number, 0 or more" });
+            }
+        }
+        let counts = [
+            ("coverage-samples", self.coverage_samples),
+            ("visibility-samples", self.visibility_samples),
+            ("max-regions", self.max_regions),
+        ];
+        for (name, value) in counts {
+            if value == 0 {
+                return Err(ProblemError::Option { name, value: 0.0, expected: "1 or more" });
+            }
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The command line and `Default` agree.
+    #[test]
+    fn defaults() {
+        use clap::{Args, FromArgMatches};
+        let command = Options::augment_args(clap::Command::new("regrasp-decompose"));
+        let parsed = Options::from_arg_matches(&command.get_matches_from(["regrasp-decompose"])).unwrap();
+        assert_eq!(parsed, Options::default());
+        assert_eq!(parsed.check(), Ok(()));
+    }
+
+    #[test]
+    fn values_out_of_range_are_refused() {
+        for wrong in [
+            Options { coverage: 1.1, ..Options::default() },
+            Options { epsilon: 0.0, ..Options::default() },
+            Options { delta: f64::NAN, ..Options::default() },
+            Options { domain_radius: f64::INFINITY, ..Options::default() },
+            Options { max_regions: 0, ..Options::default() },
+        ] {
+            assert!(wrong.check().is_err(), "{wrong:?}");
         }
     }
 }

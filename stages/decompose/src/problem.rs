@@ -65,6 +65,14 @@ pub enum ProblemError {
         /// The anchor.
         name: String,
     },
+    /// A configuration that is none.
+    #[error("option region-at is {text:?}, expected {expected} numbers separated by commas")]
+    Configuration {
+        /// What was given.
+        text: String,
+        /// Number of coordinates.
+        expected: usize,
+    },
     /// An option outside its range.
     #[error("option {name} is {value}, expected {expected}")]
     Option {

@@ -27,11 +27,21 @@ impl Stage for DecomposeStage {
             Some(task) => CollisionChecker::for_task(&job.scene, task),
             None => CollisionChecker::new(&job.scene),
         };
-        let problem = problem_of_scene(&job.scene, task, &checker);
-        problem
-            .check()
-            .map_err(|error| bad_problem(&job.scene, task.map(|task| task.name.as_str()), &error))?;
+        options.check().map_err(StageError::bad_input)?;
+        let mut problem = problem_of_scene(&job.scene, task, &checker);
         let stop = host.stop_flag();
+        if !options.region_at.is_empty() {
+            problem.anchors = given_anchors(options, job.scene.dim()).map_err(StageError::bad_input)?;
+            let bad = |error| bad_anchor(&job.scene, &checker, &problem, &error, "option region-at");
+            problem.check().map_err(bad)?;
+            let mut sink = HostSink { host, dim: job.scene.dim() };
+            let regions = regions_at(&problem, options, job.seed, &mut sink, &|| stop.is_set())?;
+            host.check_stop()?;
+            let (n, n_given) = (regions.len(), problem.anchors.len());
+            return Ok(Outcome::Done(format!("{n} regions around {n_given} configurations")));
+        }
+        let field = task.map_or_else(String::new, |task| format!("task.{}", task.name));
+        problem.check().map_err(|error| bad_anchor(&job.scene, &checker, &problem, &error, &field))?;
         let found = {
             let _span = spans::enter("decompose.cover", 0);
             let mut sink = HostSink { host, dim: job.scene.dim() };
