@@ -191,7 +191,7 @@ fn with_script(stage: &str, text: &str, further: &[&str]) -> (Finished, tempfile
     let command = in_place_of(stage, &script(folder.path(), "stage.sh", text));
     let mut arguments = vec!["--stage", command.as_str()];
     arguments.extend(further);
-    let run = Running::start("slider-gap", &folder.path().join("run"), &arguments);
+    let run = Running::start("two-rooms", &folder.path().join("run"), &arguments);
     (run.finish(), folder)
 }
 
@@ -239,9 +239,9 @@ fn regions_script(regions: &str) -> String {
 #[test]
 fn numbers_that_are_none_and_broken_regions_are_refused() {
     let broken = [
-        r#"{"coordinates": ["x"], "regions": [{"id": 1, "parent": null, "A": [[null]], "b": [1], "center": [0], "method": "m", "certified": false, "margin": 0}], "coverage": null}"#,
-        r#"{"coordinates": ["x"], "regions": [{"id": 1, "parent": null, "A": [[1]], "b": [1e999], "center": [0], "method": "m", "certified": false, "margin": 0}], "coverage": null}"#,
-        r#"{"coordinates": ["x"], "regions": [{"id": 1, "parent": null, "A": [[2]], "b": [1], "center": [0], "method": "m", "certified": false, "margin": 0}], "coverage": null}"#,
+        r#"{"coordinates": ["pusher"], "regions": [{"id": 1, "parent": null, "A": [[null]], "b": [1], "center": [0], "method": "m", "certified": false, "margin": 0}], "coverage": null}"#,
+        r#"{"coordinates": ["pusher"], "regions": [{"id": 1, "parent": null, "A": [[1]], "b": [1e999], "center": [0], "method": "m", "certified": false, "margin": 0}], "coverage": null}"#,
+        r#"{"coordinates": ["pusher"], "regions": [{"id": 1, "parent": null, "A": [[2]], "b": [1], "center": [0], "method": "m", "certified": false, "margin": 0}], "coverage": null}"#,
         "not JSON",
     ];
     for regions in broken {
@@ -259,14 +259,14 @@ fn numbers_that_are_none_and_broken_regions_are_refused() {
 #[test]
 fn a_stage_in_place_of_another_works_on_files() {
     let folder = tempfile::tempdir().unwrap();
-    let usual = Running::start("slider-gap", &folder.path().join("usual"), &[]);
+    let usual = Running::start("two-rooms", &folder.path().join("usual"), &[]);
     usual.finish().expect_code(0);
     for stage in ["decompose", "certify", "miqp", "gcs"] {
         let real = programs::folder().join(format!("regrasp-{stage}"));
         let text = format!("echo replaced >&2\nexec '{}' \"$@\"\n", real.display());
         let command = in_place_of(stage, &script(folder.path(), "stage.sh", &text));
         let out = folder.path().join(stage);
-        Running::start("slider-gap", &out, &["--stage", &command]).finish().expect_code(0);
+        Running::start("two-rooms", &out, &["--stage", &command]).finish().expect_code(0);
         let log = String::from_utf8(programs::bytes(&out, &format!("{stage}/log.txt"))).unwrap();
         assert!(log.starts_with("replaced"), "{log}");
         for file in ["miqp/plan.json", "gcs/trajectory.csv"] {
@@ -285,7 +285,7 @@ fn a_process_of_another_version_is_refused() {
     let folder = tempfile::tempdir().unwrap();
     let arguments: [&str; 6] =
         ["serve", "--domain", "iox2_", "--run", folder.path().to_str().unwrap(), "--scene"];
-    let output = program("regrasp-miqp").args(arguments).arg(scene("slider-gap")).output().unwrap();
+    let output = program("regrasp-miqp").args(arguments).arg(scene("two-rooms")).output().unwrap();
     assert_eq!(output.status.code(), Some(4));
     assert!(String::from_utf8_lossy(&output.stderr).contains("domain iox2_"));
 }

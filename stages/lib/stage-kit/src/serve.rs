@@ -2,7 +2,7 @@
 
 use crate::channel_carrier::{Answer, ChannelCarrier, Identity, copy_scene};
 use crate::command_line::{Ending, GivenArgs, ServeArgs, ServedScene};
-use crate::inputs::{Job, load_artefacts, load_scene};
+use crate::inputs::{Input, Job, load_artefacts, load_scene};
 use crate::process::{StopFlag, die_with_parent};
 use crate::stage::{Stage, StageError};
 use crate::work::{Place, perform, remove_folder};
@@ -59,6 +59,10 @@ fn jobs<S: Stage>(
         run: args.run.clone(),
     };
     let mut job = Job { scene, task, seed: given.seed, regions: Vec::new(), plan: None, cuts: Vec::new() };
+    if S::READS.contains(&Input::Regions) {
+        // Found out before others have worked in vain.
+        job.task()?;
+    }
     let node = domain::enter(&args.domain).map_err(StageError::failed)?;
     let mut carrier =
         ChannelCarrier::open(node, identity, ending.stop.clone()).map_err(StageError::failed)?;
