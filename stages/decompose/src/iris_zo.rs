@@ -38,15 +38,19 @@ pub(crate) struct Growth {
 /// Relative excess τ of the test.
 const TAU: f64 = 0.5;
 /// The test's ε before the last separation, in units of the requested one.
-const COARSE: f64 = 4.0;
+const COARSE: f64 = 8.0;
 /// The ellipsoid must grow by this factor, or the alternation ends.
 const LEAST_GROWTH: f64 = 1.02;
 /// Steps of the walk between two samples.
 const MIXING_STEPS: usize = 3;
 /// Chords of each pass whose ends are checked.
 const N_CHORDS: usize = 150;
-/// Collisions that end a pass: more at once would mostly be cut off by the first ones' faces.
+/// Of their ends so many may collide.
+const N_ENDS_ALLOWED: usize = 1;
+/// Collisions that end a pass which cannot pass any more: more at once would mostly be cut off by the first faces.
 const BATCH: usize = 6;
+/// Steps for each dimension by which the walk forgets where it started.
+const BURN_IN: usize = 5;
 /// A face so near a chord's end is not what the end tests.
 const INSET: f64 = 1e-9;
 /// A chord's end so near the domain's own faces is not tested.
@@ -78,8 +82,14 @@ pub(crate) fn grow(domain: &Domain<'_>, seed: &Seed, growth: &Growth, rng: &mut 
     let coarse = Growth { epsilon: (COARSE * growth.epsilon).min(0.2), ..*growth };
     let mut ellipsoid = seed.ellipsoid.clone();
     let mut best: Option<(HPolyhedron, Hyperellipsoid)> = None;
+    // Collisions known from earlier ellipsoids: what they cut off need not be found again.
+    let mut known: Vec<DVector<f64>> = Vec::new();
     for _ in 0..growth.max_iterations.max(1) {
-        let P = separate(domain, &ellipsoid, &seed.witness, domain.unit_box(), &coarse, rng);
+        let mut separation = Separation::new(domain, &ellipsoid, &seed.witness, domain.unit_box(), &coarse);
+        separation.place(&known);
+        separation.run(rng);
+        known.extend(separation.faces.iter().map(|face| face.boundary.clone()));
+        let P = separation.polyhedron();
         let Ok(inscribed) = P.max_inscribed_ellipsoid() else { break };
         let last = best.as_ref().map_or(0.0, |(_, last)| last.relative_volume());
         let volume = inscribed.relative_volume();
@@ -103,8 +113,10 @@ pub(crate) fn refine(
     growth: &Growth,
     rng: &mut ChaCha8Rng,
 ) -> Option<HPolyhedron> {
-    let P = separate(domain, &draft.inscribed, &draft.witness, draft.polyhedron.clone(), growth, rng);
-    P.remove_redundant_keeping(2 * domain.dim()).ok()
+    let mut separation =
+        Separation::new(domain, &draft.inscribed, &draft.witness, draft.polyhedron.clone(), growth);
+    separation.run(rng);
+    separation.polyhedron().remove_redundant_keeping(2 * domain.dim()).ok()
 }
 
 /// Samples M of the `k`-th test, and how many of them may collide.
@@ -115,86 +127,117 @@ fn test_size(growth: &Growth, k: usize) -> (usize, usize) {
     (M as usize, ((1.0 - TAU) * growth.epsilon * M) as usize)
 }
 
-/// P with faces that cut off its collisions until the test passes.
-fn separate(
-    domain: &Domain<'_>,
-    ellipsoid: &Hyperellipsoid,
-    witness: &DVector<f64>,
-    P: HPolyhedron,
-    growth: &Growth,
-    rng: &mut ChaCha8Rng,
-) -> HPolyhedron {
-    let k = domain.dim();
-    let placing = Placing::new(domain, ellipsoid, witness, growth.margin);
-    let mut walk = HitAndRun::new(&P, witness, DMatrix::identity(k, k));
-    let mut added: Vec<Face> = Vec::new();
-    for pass in 1..=MAX_PASSES {
-        let (n_samples, n_allowed) = test_size(growth, pass);
-        let (mut drawn, mut n_hits, mut n_ends) = (0, 0, 0);
-        let mut collisions: Vec<DVector<f64>> = Vec::new();
-        while drawn < n_samples && collisions.len() < BATCH.max(n_allowed + 1) {
-            drawn += 1;
-            let mut chord = walk.step(rng);
-            for _ in 1..MIXING_STEPS {
-                chord = walk.step(rng);
+/// P with faces that cut its collisions off, one after the other.
+struct Separation<'a, 'd> {
+    domain: &'a Domain<'d>,
+    placing: Placing<'a, 'd>,
+    witness: &'a DVector<f64>,
+    growth: &'a Growth,
+    start: HPolyhedron,
+    /// A walk inside P and all faces.
+    walk: HitAndRun,
+    faces: Vec<Face>,
+}
+
+/// What one pass of samples found.
+struct Pass {
+    collisions: Vec<DVector<f64>>,
+    passed: bool,
+}
+
+impl<'a, 'd> Separation<'a, 'd> {
+    fn new(
+        domain: &'a Domain<'d>,
+        ellipsoid: &'a Hyperellipsoid,
+        witness: &'a DVector<f64>,
+        start: HPolyhedron,
+        growth: &'a Growth,
+    ) -> Self {
+        let k = domain.dim();
+        let placing = Placing::new(domain, ellipsoid, witness, growth.margin);
+        let walk = HitAndRun::new(&start, witness, DMatrix::identity(k, k));
+        Self { domain, placing, witness, growth, start, walk, faces: Vec::new() }
+    }
+
+    /// Cuts until the test passes, or nothing more can be placed: what is left then is the certifier's.
+    fn run(&mut self, rng: &mut ChaCha8Rng) {
+        for pass_idx in 1..=MAX_PASSES {
+            let pass = self.sample(pass_idx, rng);
+            if pass.passed || self.faces.len() >= MAX_FACES || !self.place(&pass.collisions) {
+                break;
             }
-            let u = DVector::from_column_slice(walk.point());
-            if drawn <= N_CHORDS {
-                let direction = DVector::from_column_slice(walk.direction());
+        }
+    }
+
+    /// Uniform samples and chords' ends, until the test passes or cannot pass any more.
+    fn sample(&mut self, pass_idx: usize, rng: &mut ChaCha8Rng) -> Pass {
+        let k = self.domain.dim();
+        let (n_samples, n_allowed) = test_size(self.growth, pass_idx);
+        let (mut n_hits, mut n_ends) = (0, 0);
+        let mut collisions: Vec<DVector<f64>> = Vec::new();
+        self.walk.restart(self.witness.as_slice());
+        for _ in 0..BURN_IN * k {
+            self.walk.step(rng);
+        }
+        for drawn in 0..n_samples {
+            let failed = n_hits > n_allowed || n_ends > N_ENDS_ALLOWED;
+            if failed && (collisions.len() >= BATCH || drawn >= N_CHORDS) {
+                return Pass { collisions, passed: false };
+            }
+            let mut chord = self.walk.step(rng);
+            for _ in 1..MIXING_STEPS {
+                chord = self.walk.step(rng);
+            }
+            let u = DVector::from_column_slice(self.walk.point());
+            if drawn < N_CHORDS {
+                let direction = DVector::from_column_slice(self.walk.direction());
                 for t in [chord.t_min, chord.t_max] {
                     let end = &u + (t * (1.0 - INSET)) * &direction;
-                    if (0..k).any(|j| end[j].abs() > 1.0 - DOMAIN_INSET) {
-                        // The domain may begin at contact, as a grasp band does.
-                        continue;
-                    }
-                    if !domain.is_free(&end) {
+                    // The domain may begin at contact, as a grasp band does.
+                    let on_domain = (0..k).any(|j| end[j].abs() > 1.0 - DOMAIN_INSET);
+                    if !on_domain && !self.domain.is_free(&end) {
                         collisions.push(end);
                         n_ends += 1;
                     }
                 }
             }
-            if !domain.is_free(&u) {
+            if !self.domain.is_free(&u) {
                 collisions.push(u);
                 n_hits += 1;
             }
         }
-        let passed = drawn == n_samples && n_hits <= n_allowed && n_ends <= N_CHORDS / 100;
-        if passed || added.len() >= MAX_FACES {
-            break;
-        }
-        let mut boundaries: Vec<Boundary> = collisions.iter().map(|u| placing.walk(u)).collect();
+        Pass { collisions, passed: n_hits <= n_allowed && n_ends <= N_ENDS_ALLOWED }
+    }
+
+    /// Faces that cut `collisions` off, nearest first; whether any was placed.
+    fn place(&mut self, collisions: &[DVector<f64>]) -> bool {
+        let mut boundaries: Vec<Boundary> = collisions.iter().map(|u| self.placing.walk(u)).collect();
         boundaries.sort_by(|p, q| p.distance.total_cmp(&q.distance));
-        let first_new = added.len();
+        let first_new = self.faces.len();
         for boundary in &boundaries {
-            let is_cut = |new: &[Face], u: &DVector<f64>| new.iter().any(|face| face.a.dot(u) > face.b);
-            if is_cut(&added[first_new..], &boundary.collision) {
+            let is_cut = |faces: &[Face], u: &DVector<f64>| faces.iter().any(|face| face.a.dot(u) > face.b);
+            if is_cut(&self.faces[first_new..], &boundary.collision) {
                 continue;
             }
-            let nearest = placing.nearest_face(boundary);
-            let face = match nearest {
+            let face = match self.placing.nearest_face(boundary) {
                 // The search has slid to what is cut already: the collision itself is still there.
-                Some(face) if !is_cut(&added, &face.boundary) => Some(face),
-                _ => placing.face(boundary),
+                Some(face) if !is_cut(&self.faces, &face.boundary) => Some(face),
+                _ => self.placing.face(boundary),
             };
             if let Some(face) = face {
-                walk.push_row(&face.a, face.b);
-                added.push(face);
+                self.walk.push_row(&face.a, face.b);
+                self.faces.push(face);
             }
         }
-        if added.len() == first_new {
-            // Nothing can be placed: what is left is the certifier's.
-            break;
-        }
-        if !walk.is_inside() {
-            walk.restart(witness.as_slice());
-            for _ in 0..4 * k {
-                walk.step(rng);
-            }
-        }
+        self.faces.len() > first_new
     }
-    let A = DMatrix::from_fn(added.len(), k, |i, j| added[i].a[j]);
-    let b = DVector::from_fn(added.len(), |i, _| added[i].b);
-    P.intersection(&HPolyhedron { A, b })
+
+    fn polyhedron(&self) -> HPolyhedron {
+        let (m, k) = (self.faces.len(), self.domain.dim());
+        let A = DMatrix::from_fn(m, k, |i, j| self.faces[i].a[j]);
+        let b = DVector::from_fn(m, |i, _| self.faces[i].b);
+        self.start.intersection(&HPolyhedron { A, b })
+    }
 }
 
 #[cfg(test)]

@@ -2,8 +2,8 @@
 
 use collision::CollisionChecker;
 use decompose::{
-    Anchor, Decomposition, Ending, Estimate, Options, Problem, ProblemError, Sink, decompose, parse_configuration,
-    problem_of_scene, regions_at,
+    Anchor, Decomposition, Ending, Estimate, Options, Problem, ProblemError, Sink, decompose,
+    parse_configuration, problem_of_scene, regions_at,
 };
 use ipc_types::artefact::{self, Coverage};
 use scene::Scene;
