@@ -51,10 +51,15 @@ fn manipulation(regions: &[HPolyhedron], transit: &[&[f64]], transfer: &[&[f64]]
     Manipulation::from_parts(bounds, &task, regions).unwrap()
 }
 
+/// Options that close the gap of small instances.
+fn thorough() -> Options {
+    Options { tol_gap: 1e-5, max_nodes: 60, ..Options::default() }
+}
+
 fn solve(manipulation: &Manipulation, mode: PathMode, s: &[f64], g: &[f64]) -> SegmentOutcome {
     let (s, g) = (DVector::from_column_slice(s), DVector::from_column_slice(g));
     let mut rng = ChaCha8Rng::seed_from_u64(1);
-    solve_segment(manipulation, mode, &s, &g, &Options::default(), &mut rng, &|| false)
+    solve_segment(manipulation, mode, &s, &g, &thorough(), &mut rng, &|| false)
 }
 
 /// The path of a segment that has one, checked: ends, faces, kept forms, bound.

@@ -1,9 +1,8 @@
 //! Random instances against all simple sequences of regions, each solved as a restriction.
 
-use super::{manipulation, solve, with_faces};
+use super::{manipulation, solve, thorough, with_faces};
 use crate::leaf_frame::LeafFrame;
 use crate::leaf_graph::{Contact, LeafGraph};
-use crate::options::Options;
 use crate::restriction::shortest_through;
 use crate::segment::SegmentOutcome;
 use convex_sets::HPolyhedron;
@@ -70,10 +69,7 @@ fn check(manipulation: &Manipulation, s: &DVector<f64>, g: &DVector<f64>) -> Res
             let gap = length - found.lower_bound;
             prop_assert!(length <= best + gap + 1e-6, "length {length}, best {best}, gap {gap}");
             prop_assert!(length >= best - 1e-6, "length {length} below best {best}");
-            prop_assert!(
-                gap <= Options::default().tol_gap * length + 1e-6,
-                "gap {gap} of {length}, best {best}"
-            );
+            prop_assert!(gap <= thorough().tol_gap * length + 1e-6, "gap {gap} of {length}, best {best}");
         }
         SegmentOutcome::NoPath { .. } => prop_assert!(best.is_infinite()),
         outcome => prop_assert!(best.is_infinite(), "{outcome:?}"),
