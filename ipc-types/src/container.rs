@@ -12,8 +12,8 @@
 //! ```
 
 use crate::artefact::{
-    CertificatesFile, CutsFile, LeafCut, PathCertificateFile, PlanFile, Region, RegionCertificate, RegionsFile, Segment,
-    TrajectoryFile,
+    CertificatesFile, CutsFile, LeafCut, PathCertificateFile, PlanFile, Region, RegionCertificate,
+    RegionsFile, Segment, TrajectoryFile,
 };
 use crate::{Digest, hexadecimal};
 use bincode::Options;

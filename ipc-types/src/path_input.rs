@@ -80,7 +80,11 @@ enum Column {
 }
 
 /// The path in the table `text`; `file` names it in errors. A single row is a path that stays where it is.
-pub fn parse_table(file: &str, text: &str, coordinates: &[String]) -> Result<Vec<InputPiece>, PathInputError> {
+pub fn parse_table(
+    file: &str,
+    text: &str,
+    coordinates: &[String],
+) -> Result<Vec<InputPiece>, PathInputError> {
     let file = || file.to_owned();
     // A byte order mark is no part of the first name.
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
@@ -115,7 +119,8 @@ pub fn parse_table(file: &str, text: &str, coordinates: &[String]) -> Result<Vec
                     last_time = value;
                 }
                 Column::Mode => {
-                    let known = [Mode::Transit, Mode::Transfer].into_iter().find(|mode| mode.word() == *field);
+                    let known =
+                        [Mode::Transit, Mode::Transfer].into_iter().find(|mode| mode.word() == *field);
                     let value = (*field).to_owned();
                     mode = Some(known.ok_or(PathInputError::Mode { file: file(), line, value })?);
                 }
@@ -180,7 +185,11 @@ struct CurveSegment {
 }
 
 /// The path in the curves `text`; `file` names it in errors.
-pub fn parse_curves(file: &str, text: &str, coordinates: &[String]) -> Result<Vec<InputPiece>, PathInputError> {
+pub fn parse_curves(
+    file: &str,
+    text: &str,
+    coordinates: &[String],
+) -> Result<Vec<InputPiece>, PathInputError> {
     let broken = |field: String, value: String, expected: String| PathInputError::Curve {
         file: file.to_owned(),
         field,

@@ -144,6 +144,12 @@ pub struct CertifyPathArgs {
     /// Task whose grasps say what is held when the mode is `transfer`.
     #[arg(long)]
     pub task: Option<String>,
+    /// Distance to prove, metres. Default: the task's, or 0.
+    #[arg(long, value_name = "M")]
+    pub clearance: Option<f64>,
+    /// Folder for the certificate (`path.bin`, `path.json`), for `regrasp-check --path`.
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
     /// Print the verdict as JSON on standard output.
     #[arg(long)]
     pub json: bool,

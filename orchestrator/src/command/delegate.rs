@@ -27,6 +27,12 @@ pub fn certify_path(args: &CertifyPathArgs) -> Result<ExitCode, Failure> {
     if let Some(task) = &args.task {
         command.arg("--task").arg(task);
     }
+    if let Some(clearance) = args.clearance {
+        command.arg("--clearance").arg(clearance.to_string());
+    }
+    if let Some(folder) = &args.out {
+        command.arg("--out").arg(folder);
+    }
     if args.json {
         command.arg("--json");
     }

@@ -1,6 +1,7 @@
 //! Certificates of freedom from collision, and the acceptance check of a motion.
 
 use certify::acceptance::{AcceptArgs, accept_run};
+use certify::path::command::{self, PathArgs};
 use stage_kit::{Outcome, StageError};
 
 /// Commands besides `run` and `serve`.
@@ -8,10 +9,16 @@ use stage_kit::{Outcome, StageError};
 enum Command {
     /// Check the motion of a run against scene, task, regions and a dense collision check.
     Accept(AcceptArgs),
+    /// Certify the path of any planner. Exit codes: 0 all pieces certified; 1 otherwise, the first that is not named;
+    /// 2 bad input.
+    Path(PathArgs),
 }
 
 fn main() -> std::process::ExitCode {
-    stage_kit::main_with::<certify::CertifyStage, Command>(|Command::Accept(args)| accept(&args))
+    stage_kit::main_with::<certify::CertifyStage, Command>(|command| match command {
+        Command::Accept(args) => accept(&args),
+        Command::Path(args) => command::run(&args, &mut std::io::stdout()),
+    })
 }
 
 /// One line a failure; the outcome counts them.

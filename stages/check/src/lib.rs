@@ -7,6 +7,7 @@ pub mod exact;
 pub mod interval;
 pub mod motion;
 pub mod pairs;
+pub mod path;
 pub mod region;
 pub mod run;
 pub mod swept;

@@ -1,19 +1,33 @@
-//! `regrasp-check RUN`: verifies the proof that a run directory carries.
+//! `regrasp-check RUN`: verifies the proof that a run directory carries. `regrasp-check --path CERTIFICATE --scene SCENE
+//! PATH`: verifies that of a path.
 
+use check::path;
 use check::run::{self, Rejection};
 use clap::Parser;
 use ipc_types::exit_code::ExitCode;
-use std::path::PathBuf;
+use ipc_types::{artefact::PathCertificateFile, path_input, store};
+use scene::Scene;
+use std::path::{Path, PathBuf};
 
 /// Verifies a run: that its files are whole and of one scene, that its certificates prove its regions free of
-/// collision, and that plan and trajectory stay inside them, keep what their modes keep, and reach the goal.
+/// collision, and that plan and trajectory stay inside them, keep what their modes keep, and reach the goal. With
+/// --path it verifies the certificate of a path instead, as `regrasp certify-path --out` writes it.
 ///
-/// Exit codes: 0 accepted; 1 rejected, and why; 2 not a run directory.
+/// Exit codes: 0 accepted; 1 rejected, and why; 2 not a run directory, or a scene or path that cannot be read.
 #[derive(Debug, Parser)]
 #[command(name = "regrasp-check", version)]
 struct Arguments {
-    /// Run directory, as `regrasp plan` writes it.
+    /// Run directory, as `regrasp plan` writes it; with --path the path, a table or a `trajectory.json`.
     run: PathBuf,
+    /// Certificate of a path: `path.bin` or `path.json`.
+    #[arg(long, value_name = "CERTIFICATE", requires = "scene")]
+    path: Option<PathBuf>,
+    /// Scene of the path: a folder, or its `scene.toml`.
+    #[arg(long, value_name = "SCENE", requires = "path")]
+    scene: Option<PathBuf>,
+    /// Least clearance in metres that the certificate of the path must prove.
+    #[arg(long, value_name = "M", default_value_t = 0.0, requires = "path")]
+    clearance: f64,
     /// Print the verdict as JSON on standard output.
     #[arg(long)]
     json: bool,
@@ -29,7 +43,58 @@ fn main() {
             std::process::exit(code.code());
         }
     };
-    std::process::exit(check(&arguments).code());
+    let code = match (&arguments.path, &arguments.scene) {
+        (Some(certificate), Some(scene)) => check_path(&arguments, certificate, scene),
+        _ => check(&arguments),
+    };
+    std::process::exit(code.code());
+}
+
+fn check_path(arguments: &Arguments, certificate: &Path, scene: &Path) -> ExitCode {
+    match verify_path(arguments, certificate, scene) {
+        Ok(verdict) => {
+            if arguments.json {
+                println!("{}", serde_json::json!({ "accepted": true, "verdict": verdict }));
+            } else {
+                eprintln!(
+                    "accepted: {} pieces proven free against {} pairs with a clearance of {} m, by {} intervals",
+                    verdict.n_pieces, verdict.n_pairs, verdict.clearance, verdict.n_intervals
+                );
+                if let Some(residual) = verdict.kept_residual {
+                    eprintln!("kept forms change by at most {residual:e}");
+                }
+            }
+            ExitCode::Done
+        }
+        Err((code, reason)) => {
+            if arguments.json {
+                println!("{}", serde_json::json!({ "accepted": false, "reason": reason }));
+            } else {
+                eprintln!("rejected: {reason}");
+            }
+            code
+        }
+    }
+}
+
+fn verify_path(
+    arguments: &Arguments,
+    certificate: &Path,
+    scene: &Path,
+) -> Result<path::PathVerdict, (ExitCode, String)> {
+    let scene = Scene::load(scene).map_err(|error| (ExitCode::BadInput, error.to_string()))?;
+    let names: Vec<String> = scene.coordinates.iter().map(|c| c.name.clone()).collect();
+    let pieces =
+        path_input::read(&arguments.run, &names).map_err(|error| (ExitCode::BadInput, error.to_string()))?;
+    let is_text = certificate.extension().is_some_and(|extension| extension == "json");
+    let file: Result<PathCertificateFile, _> = if is_text {
+        store::read_json(certificate)
+    } else {
+        store::read_bin(certificate, Some(&scene.digest))
+    };
+    let file = file.map_err(|error| (ExitCode::Negative, error.to_string()))?;
+    path::verify(&scene, &file, &pieces, arguments.clearance)
+        .map_err(|error| (ExitCode::Negative, error.to_string()))
 }
 
 fn check(arguments: &Arguments) -> ExitCode {

@@ -43,14 +43,6 @@ pub struct PathArgs {
     pub json: bool,
 }
 
-/// Commands of `regrasp-certify` besides `run`.
-#[derive(Debug, Clone, clap::Subcommand)]
-pub enum CertifyCommand {
-    /// Certify the path of any planner. Exit codes: 0 all pieces certified; 1 otherwise, the first one that is not
-    /// certified named; 2 bad input.
-    Path(PathArgs),
-}
-
 fn not_negative(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(value) if (0.0..=1e9).contains(&value) => Ok(value),
@@ -58,9 +50,9 @@ fn not_negative(text: &str) -> Result<f64, String> {
     }
 }
 
-/// Runs a command; machine output goes to `out`.
-pub fn run(command: &CertifyCommand, out: &mut dyn Write) -> Result<Outcome, StageError> {
-    let CertifyCommand::Path(args) = command;
+/// Certifies the path; machine output goes to `out`. Whether all pieces are certified is the outcome, its words name
+/// the first that is not.
+pub fn run(args: &PathArgs, out: &mut dyn Write) -> Result<Outcome, StageError> {
     let scene = Scene::load(&args.scene).map_err(StageError::bad_input)?;
     let task = args.task.as_deref().map(|name| scene.task(Some(name))).transpose();
     let task = task.map_err(StageError::bad_input)?;
