@@ -6,6 +6,7 @@
 
 use crate::assemble::{Assembled, assemble};
 use crate::cell::CellBox;
+use crate::contact::least_gap;
 use crate::control_net::ControlNet;
 use crate::error::CertifyError;
 use crate::guide::Guide;
@@ -163,6 +164,11 @@ impl Certifier {
             guide: &guide,
             min_room: MIN_ROOM_SHARE * room,
         };
+        if !self.options.cuts_allowed()
+            && let Some(refusal) = self.collision_in(&region)
+        {
+            return Ok(refusal);
+        }
         let mut net = ControlNet::default();
         let mut proofs: Vec<PairProof> = Vec::with_capacity(self.pairs.len());
         for model in &self.pairs {
@@ -195,6 +201,24 @@ impl Certifier {
             n_cells,
             n_cuts,
         })))
+    }
+
+    /// The pair that a descent of its gap over the region finds deepest in collision.
+    fn collision_in(&self, region: &RegionData<'_>) -> Option<CertifyOutcome> {
+        let mut program = RowProgram::default();
+        let deepest = self
+            .pairs
+            .iter()
+            .map(|model| {
+                let (gap, q) = least_gap(model, region.rows, region.limits, region.center, &mut program);
+                (gap - model.clearance, q, model.pair)
+            })
+            .min_by(|x, y| x.0.total_cmp(&y.0));
+        let (gap, configuration, pair) = deepest.filter(|(gap, ..)| *gap < 0.0)?;
+        let depth = -gap;
+        let reason =
+            format!("the bodies are {depth:.4} m closer than they may be there, and cuts are forbidden");
+        Some(CertifyOutcome::Rejected { pair, configuration, reason })
     }
 
     fn validate(&self, candidate: &Candidate) -> Result<(), CertifyError> {

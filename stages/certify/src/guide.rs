@@ -54,6 +54,11 @@ impl Guide {
         Some(largest)
     }
 
+    /// The samples that are left.
+    pub fn samples(&self) -> impl Iterator<Item = &[f64]> {
+        self.strata.iter().flat_map(|stratum| stratum.points.chunks_exact(stratum.n))
+    }
+
     /// Removes the samples that the cut loses.
     pub fn cut(&mut self, a: &[f64], b: f64) {
         for stratum in &mut self.strata {

@@ -7,6 +7,7 @@ pub mod acceptance;
 mod assemble;
 mod cell;
 mod certify_region;
+mod contact;
 mod control_net;
 mod error;
 mod guide;
@@ -14,6 +15,7 @@ mod options;
 mod pair_model;
 mod pair_search;
 pub mod path;
+mod recheck;
 mod row_program;
 mod rows;
 mod separating_normal;
@@ -24,4 +26,8 @@ mod support;
 pub use certify_region::{Candidate, CertifiedRegion, Certifier, CertifyOutcome, Purpose};
 pub use error::CertifyError;
 pub use options::{CertifyOptions, Method};
+pub use recheck::{RecheckError, recheck};
 pub use stage::{CERTIFIED_ID_OFFSET, CertifyStage};
+
+#[cfg(test)]
+mod tests;

@@ -41,6 +41,17 @@ pub struct PairFrame {
     pub sides: [Side; 2],
 }
 
+/// The gap of a pair at a configuration, to first order.
+#[derive(Debug, Clone)]
+pub struct Tangent {
+    /// Unit normal in the frame's link, from B to A.
+    pub n: Vector3<f64>,
+    /// Largest gap found, metres; negative if no plane separates the bodies.
+    pub gap: f64,
+    /// ∂ gap / ∂ q.
+    pub g: Vec<f64>,
+}
+
 /// A normal, a row and their bounds on a cell.
 #[derive(Debug, Clone)]
 pub struct Plane {
@@ -136,12 +147,10 @@ impl PairModel {
         })
     }
 
-    /// A plane for the cell, its normal fixed in frame `frame_idx`: the separating normal at the cell's centre and
-    /// the gradient of the gap at the witnesses.
-    pub fn plane(&self, net: &mut ControlNet, frame_idx: usize, cell: &CellBox) -> Plane {
-        let q = cell.centers();
-        let cores = self.placed_cores(frame_idx, &q);
-        let (n, _) = separating_normal(&cores[0], &cores[1]);
+    /// Gap and its gradient at `q`, the normal in frame `frame_idx`.
+    pub fn tangent(&self, frame_idx: usize, q: &[f64]) -> Tangent {
+        let cores = self.placed_cores(frame_idx, q);
+        let (n, gap) = separating_normal(&cores[0], &cores[1]);
         let sides = &self.frames[frame_idx].sides;
         let mut g = vec![0.0; q.len()];
         for (k, factor) in [(0, 1.0), (1, -1.0)] {
@@ -149,10 +158,30 @@ impl PairModel {
             // The witness of A lies against the normal, that of B along it.
             let w = R.tr_mul(&n) * -factor;
             let x = p + R * core.soft_support_point(&w);
-            sides[k].add_gradient(&q, &n, &x, factor, &mut g);
+            sides[k].add_gradient(q, &n, &x, factor, &mut g);
         }
-        let [a0, ag] = net.least(&sides[0], cell, &n, &g);
-        let [b0, bg] = net.least(&sides[1], cell, &-n, &g);
+        Tangent { n, gap: gap - self.radius, g }
+    }
+
+    /// A plane for the cell, its normal fixed in frame `frame_idx`: the separating normal at the cell's centre and
+    /// the gradient of the gap at the witnesses.
+    pub fn plane(&self, net: &mut ControlNet, frame_idx: usize, cell: &CellBox) -> Plane {
+        let Tangent { n, g, .. } = self.tangent(frame_idx, &cell.centers());
+        self.kappa(net, frame_idx, cell, &n, &g)
+    }
+
+    /// κ on the cell for the normal `n`, fixed in frame `frame_idx`, with g = 0 and with the row `g`.
+    pub fn kappa(
+        &self,
+        net: &mut ControlNet,
+        frame_idx: usize,
+        cell: &CellBox,
+        n: &Vector3<f64>,
+        g: &[f64],
+    ) -> Plane {
+        let sides = &self.frames[frame_idx].sides;
+        let [a0, ag] = net.least(&sides[0], cell, n, g);
+        let [b0, bg] = net.least(&sides[1], cell, &-n, g);
         let radius = self.radius * n.norm();
         let mut excess = 0.0;
         for step in sides.iter().flat_map(|side| &side.steps) {
@@ -162,7 +191,7 @@ impl PairModel {
         }
         let kappa = [a0.value + b0.value - radius, ag.value + bg.value - radius - excess];
         let paths = if kappa[0] >= kappa[1] { [a0.path, b0.path] } else { [ag.path, bg.path] };
-        Plane { n, g, kappa, paths }
+        Plane { n: *n, g: g.to_vec(), kappa, paths }
     }
 
     /// The coordinate of the pair whose halving gains most on the worst control path of `plane`, plus a little for
@@ -213,7 +242,7 @@ impl PairModel {
             self.frames[idx].sides.iter().map(|side| 3_f64.powi(side.n_turns() as i32)).sum::<f64>()
         };
         let mut scored: Vec<(f64, usize)> = (0..self.frames.len())
-            .filter(|&idx| self.frames[idx].sides.iter().all(|side| side.n_turns() <= MAX_TURNS))
+            .filter(|&idx| self.is_usable(idx))
             .map(|idx| {
                 let score: f64 = cells
                     .iter()
@@ -232,6 +261,17 @@ impl PairModel {
             by_score.then(rows(a.1).total_cmp(&rows(b.1))).then(a.1.cmp(&b.1))
         });
         scored.into_iter().map(|(_, idx)| idx).collect()
+    }
+
+    /// Positions of the frames, those with the smallest control nets first; frames whose nets are too large left out.
+    pub fn frames_by_rows(&self) -> Vec<usize> {
+        let mut order: Vec<usize> = (0..self.frames.len()).filter(|&idx| self.is_usable(idx)).collect();
+        order.sort_by_key(|&idx| (self.net_rows(idx), idx));
+        order
+    }
+
+    fn is_usable(&self, frame_idx: usize) -> bool {
+        self.frames[frame_idx].sides.iter().all(|side| side.n_turns() <= MAX_TURNS)
     }
 
     /// Number of rows of the control nets of frame `frame_idx`.

@@ -5,6 +5,7 @@
 //! Source: mathematics.md 2.1, certificates.md section 4.
 
 use crate::cell::{CellBox, CellTree};
+use crate::contact::contact_cuts;
 use crate::control_net::{ControlNet, MAX_HALF_ANGLE};
 use crate::guide::Guide;
 use crate::options::CertifyOptions;
@@ -93,6 +94,10 @@ impl Ord for Waiting {
 const SPLIT_HALF_ANGLE: f64 = 0.7;
 /// Nets up to this many rows are cheap: all frames are tried, not only the best.
 const CHEAP_NET: usize = 100;
+/// Frames that are tried on all of the region's box at first, those with the smallest nets.
+const N_CHEAP_FRAMES: usize = 2;
+/// After this many cells the samples that collide are cut away first (`contact_cuts`).
+const CELLS_BEFORE_CONTACT_CUTS: u64 = 300;
 /// A cell is contracted by a row if that takes away this share of a width.
 const MIN_CONTRACTION: f64 = 0.2;
 
@@ -134,7 +139,7 @@ pub fn search(
         return PairOutcome::Failed { configuration: region.center.to_vec(), reason };
     }
     search.begin(net);
-    if search.frame_order.is_empty() {
+    if search.frame_order.is_empty() && !search.queue.is_empty() {
         let reason = format!("more than {} joints turn between the bodies", 2 * crate::pair_model::MAX_TURNS);
         return PairOutcome::Failed { configuration: region.center.to_vec(), reason };
     }
@@ -142,6 +147,9 @@ pub fn search(
         search.n_tried += 1;
         if search.n_tried > options.max_cells {
             return PairOutcome::Limit { n_cells: options.max_cells };
+        }
+        if search.n_tried == CELLS_BEFORE_CONTACT_CUTS && options.cuts_allowed() {
+            search.cut_contacts();
         }
         if search.n_tried % 256 == 0 && is_stopped() {
             return PairOutcome::Stopped;
@@ -160,7 +168,8 @@ pub fn search(
 }
 
 impl Search<'_> {
-    /// The box of joint limits, shrunk to the region's bounding box; and the order of the frames.
+    /// The box of joint limits, shrunk to the region's bounding box. If no cheap net separates the pair on all of it,
+    /// the order of the frames.
     fn begin(&mut self, net: &mut ControlNet) {
         let mut cell = self.region.limits.clone();
         let mut node = 0;
@@ -168,6 +177,16 @@ impl Search<'_> {
             for side in 0..2 {
                 let Some((at, multipliers)) = &self.region.bounds[j][side] else { continue };
                 (node, cell) = self.trim(node, cell, j, *at, side == 0, multipliers);
+            }
+        }
+        if self.too_wide(&cell).is_none() {
+            for frame_idx in self.model.frames_by_rows().into_iter().take(N_CHEAP_FRAMES) {
+                let plane = self.model.plane(net, frame_idx, &cell);
+                if plane.kappa[0] > self.model.demand() {
+                    self.n_tried = 1;
+                    self.close(node, frame_idx, &plane, false, Vec::new());
+                    return;
+                }
             }
         }
         let samples: Vec<CellBox> =
@@ -355,6 +374,18 @@ impl Search<'_> {
         } else {
             let doublings = (self.n_tried / options.cells_per_doubling.max(1)).min(60);
             (options.first_cut_loss * 2_f64.powi(doublings as i32)).min(options.max_cut_loss)
+        }
+    }
+
+    /// Cuts away the samples that collide.
+    fn cut_contacts(&mut self) {
+        let guide = self.guide.get_or_insert_with(self.region.guide);
+        let most = guide.least_kept() - self.options.min_kept;
+        for (a, b) in contact_cuts(self.model, self.region.center, guide, self.region.limits) {
+            if keeps(self.region, &a, b) && guide.loss(&a, b, most).is_some() {
+                guide.cut(&a, b);
+                self.rows.push(a, b, None);
+            }
         }
     }
 

@@ -86,6 +86,11 @@ impl RowProgram {
         Verdict::Bound(self.multipliers(|k| self.lambda[k]))
     }
 
+    /// The vertex that the last programme over `cell` ended at.
+    pub fn point(&self, cell: &CellBox) -> Vec<f64> {
+        (0..self.n).map(|j| cell.center(j) + self.half[j] * self.u[j].clamp(-1.0, 1.0)).collect()
+    }
+
     /// Scales the programme and starts at the corner of the cell that is cheapest.
     fn load(&mut self, rows: &Rows, cell: &CellBox, g: &[f64]) {
         let n = g.len();
