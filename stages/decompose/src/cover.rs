@@ -285,15 +285,17 @@ impl<'a, S: Sink> Cover<'a, S> {
         self.growing.refined(jobs, &candidates, &all, &mut self.streams)
     }
 
-    /// Grows jobs, of which it keeps those whose drafts add at least `least_gain` of `uncovered`; whether any does.
+    /// Grows jobs, of which it keeps those whose drafts add at least `least_gain` of `uncovered`, best first, until
+    /// `enough` or fewer are left; whether any does.
     fn grow_and_select(
         &mut self,
         jobs: &[GrowthJob<'_, '_>],
         uncovered: &[Vec<f64>],
         least_gain: usize,
+        enough: usize,
     ) -> Result<bool, S::Error> {
         let candidates = self.growing.drafts(jobs, &mut self.streams);
-        let chosen = select(&candidates, uncovered, least_gain);
+        let chosen = select(&candidates, uncovered, least_gain, enough);
         let grown = self.growing.refined(jobs, &candidates, &chosen, &mut self.streams);
         for grown in &grown {
             if self.regions.len() < self.options.max_regions {
@@ -406,20 +408,10 @@ impl<'a, S: Sink> Cover<'a, S> {
         let graph = VisibilityGraph::new(domain, &points);
         let whole = self.whole.clone();
         let is_thin = matches!(kind, TargetKind::Grasp | TargetKind::GraspPlacement);
-        let mut left = uncovered.to_vec();
-        let mut gained = false;
+        let mut jobs = Vec::new();
         for clique in clique_cover(&graph).into_iter().take(MAX_CLIQUES) {
-            // What the round has covered so far needs no region of its own.
-            let members: Vec<DVector<f64>> = clique
-                .iter()
-                .filter(|&&vertex| !covered(&self.covering, &uncovered[vertex]))
-                .map(|&vertex| points[vertex].clone())
-                .collect();
-            if 2 * members.len() <= clique.len() {
-                continue;
-            }
+            let members: Vec<DVector<f64>> = clique.iter().map(|&vertex| points[vertex].clone()).collect();
             let Some(seed) = seed_of_clique(domain, &members) else { continue };
-            let mut jobs = Vec::new();
             if is_thin {
                 // Its twin in the whole box joins the thin region to the rest.
                 let witness = whole.u_from_q(&domain.q_from_u(&seed.witness));
@@ -428,14 +420,8 @@ impl<'a, S: Sink> Cover<'a, S> {
             } else {
                 jobs.push(GrowthJob { domain, seed, method: "iris-zo" });
             }
-            let least_gain = left.len() / 25;
-            gained |= self.grow_and_select(&jobs, &left, least_gain)?;
-            left.retain(|q| !covered(&self.covering, q));
-            if left.len() <= enough {
-                break;
-            }
         }
-        Ok(gained)
+        self.grow_and_select(&jobs, uncovered, uncovered.len() / 25, enough)
     }
 
     /// Joins components that see each other.
@@ -502,7 +488,7 @@ impl<'a, S: Sink> Cover<'a, S> {
                     method: "iris-zo in the grasp space",
                 })
                 .collect();
-            self.grow_and_select(&jobs, &chord.uncovered, 1)?;
+            self.grow_and_select(&jobs, &chord.uncovered, 1, 0)?;
         }
         Ok(())
     }

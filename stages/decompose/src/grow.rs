@@ -112,11 +112,13 @@ impl Growing<'_> {
     }
 }
 
-/// The positions of candidates that cover `uncovered` greedily, each adding at least `least_gain` samples.
+/// The positions of candidates that cover `uncovered` greedily, each adding at least `least_gain` samples, until
+/// `enough` or fewer are left.
 pub(crate) fn select(
     candidates: &[Option<Candidate>],
     uncovered: &[Vec<f64>],
     least_gain: usize,
+    enough: usize,
 ) -> Vec<usize> {
     let covers: Vec<Vec<bool>> = candidates
         .iter()
@@ -129,7 +131,7 @@ pub(crate) fn select(
         .collect();
     let mut is_left = vec![true; uncovered.len()];
     let mut chosen = Vec::new();
-    loop {
+    while is_left.iter().filter(|left| **left).count() > enough {
         let gain = |idx: usize| covers[idx].iter().zip(&is_left).filter(|(c, left)| **c && **left).count();
         // Of equal gains the first candidate: it came from the larger clique.
         let best = (0..candidates.len()).map(|idx| (gain(idx), std::cmp::Reverse(idx))).max();
@@ -138,7 +140,8 @@ pub(crate) fn select(
                 is_left.iter_mut().zip(&covers[idx]).for_each(|(left, covered)| *left &= !covered);
                 chosen.push(idx);
             }
-            _ => return chosen,
+            _ => break,
         }
     }
+    chosen
 }
