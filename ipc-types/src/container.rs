@@ -265,3 +265,83 @@ fn array<const N: usize>(bytes: &[u8], offset: usize) -> [u8; N] {
     out.copy_from_slice(&bytes[offset..offset + N]);
     out
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::artefact::Mode;
+    use proptest::prelude::*;
+
+    const SCENE: Digest = [3; 32];
+
+    fn cuts() -> CutsFile {
+        CutsFile { cuts: vec![LeafCut { mode: Mode::Transfer, reached: vec![1, 2], exits: vec![(2, 5)] }] }
+    }
+
+    fn file() -> &'static Path {
+        Path::new("run/gcs/cuts.bin")
+    }
+
+    fn bytes() -> Vec<u8> {
+        encode(file(), &cuts(), &SCENE).unwrap()
+    }
+
+    /// The error of `bytes` after `change`; it names the file.
+    #[track_caller]
+    fn refused(change: impl FnOnce(&mut Vec<u8>)) -> ContainerError {
+        let mut bytes = bytes();
+        change(&mut bytes);
+        let error = decode::<CutsFile>(file(), &bytes, Some(&SCENE)).unwrap_err();
+        assert!(error.to_string().contains("run/gcs/cuts.bin"), "{error}");
+        error
+    }
+
+    #[test]
+    fn an_artefact_comes_back() {
+        assert_eq!(decode::<CutsFile>(file(), &bytes(), Some(&SCENE)).unwrap(), cuts());
+        assert_eq!(decode::<CutsFile>(file(), &bytes(), None).unwrap(), cuts());
+        assert_eq!(header(file(), &bytes()).unwrap().kind, Kind::Cuts);
+    }
+
+    #[test]
+    fn each_kind_of_damage_has_its_own_error() {
+        assert!(matches!(refused(|b| b[0] = b'X'), ContainerError::Magic { .. }));
+        assert!(matches!(refused(Vec::clear), ContainerError::Magic { .. }));
+        assert!(matches!(refused(|b| b[8] = 9), ContainerError::Version { found: 9, .. }));
+        assert!(matches!(refused(|b| b[12] = Kind::Plan as u8), ContainerError::WrongKind { .. }));
+        assert!(matches!(refused(|b| b[12] = 200), ContainerError::WrongKind { .. }));
+        assert!(matches!(refused(|b| b.push(0)), ContainerError::Trailing { extra: 1, .. }));
+        assert!(matches!(refused(|b| b.truncate(b.len() - 1)), ContainerError::Missing { missing: 1, .. }));
+        assert!(matches!(refused(|b| b.truncate(20)), ContainerError::Missing { .. }));
+        assert!(matches!(refused(|b| b[24] ^= 1), ContainerError::ForeignScene { .. }));
+        assert!(matches!(refused(|b| b[HEADER_BYTES + 3] ^= 1), ContainerError::Digest { .. }));
+        assert!(matches!(refused(|b| b[23] = 255), ContainerError::TooLarge { .. }));
+    }
+
+    #[test]
+    fn a_body_that_lies_about_its_length_is_refused_without_using_the_memory() {
+        // The body's own count of cuts, with a digest that matches it.
+        let error = refused(|b| {
+            b[HEADER_BYTES..HEADER_BYTES + 8].copy_from_slice(&u64::MAX.to_le_bytes());
+            let digest = *blake3::hash(&b[HEADER_BYTES..]).as_bytes();
+            b[56..88].copy_from_slice(&digest);
+        });
+        assert!(matches!(error, ContainerError::Body { .. }), "{error}");
+    }
+
+    proptest! {
+        /// Whatever the bytes, there is an answer, and only the bytes as they were written are accepted.
+        #[test]
+        fn one_changed_byte_is_noticed(position in 0_usize..10_000, change in 1_u8..=255) {
+            let mut bytes = bytes();
+            let position = position % bytes.len();
+            bytes[position] ^= change;
+            prop_assert!(decode::<CutsFile>(file(), &bytes, Some(&SCENE)).is_err());
+        }
+
+        #[test]
+        fn random_bytes_are_refused(bytes in proptest::collection::vec(any::<u8>(), 0..300)) {
+            prop_assert!(decode::<CutsFile>(file(), &bytes, None).is_err());
+        }
+    }
+}

@@ -111,3 +111,45 @@ pub fn find_artefact<A: Artefact>(
         Ok(None)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::artefact::{CutsFile, LeafCut, Mode};
+
+    fn cuts() -> CutsFile {
+        CutsFile { cuts: vec![LeafCut { mode: Mode::Transit, reached: vec![1], exits: vec![(1, 5)] }] }
+    }
+
+    #[test]
+    fn either_form_is_read_and_the_binary_one_first() {
+        let folder = tempfile::tempdir().unwrap();
+        let read = || read_artefact::<CutsFile>(folder.path(), "cuts", Some(&[1; 32]));
+        assert!(matches!(read(), Err(StoreError::NotThere { .. })));
+        write_artefact(folder.path(), "cuts", &cuts(), &[1; 32]).unwrap();
+        std::fs::write(folder.path().join("cuts.json"), "{\"cuts\": []}").unwrap();
+        assert_eq!(read().unwrap(), cuts());
+        std::fs::remove_file(folder.path().join("cuts.bin")).unwrap();
+        assert_eq!(read().unwrap().cuts, []);
+        std::fs::write(folder.path().join("cuts.json"), "{\"cuts\": 3}").unwrap();
+        assert!(read().unwrap_err().to_string().contains("cuts.json"));
+    }
+
+    #[test]
+    fn a_damaged_binary_is_not_passed_over_for_its_twin() {
+        let folder = tempfile::tempdir().unwrap();
+        write_artefact(folder.path(), "cuts", &cuts(), &[1; 32]).unwrap();
+        std::fs::write(folder.path().join("cuts.bin"), "x").unwrap();
+        assert!(matches!(
+            find_artefact::<CutsFile>(folder.path(), "cuts", None),
+            Err(StoreError::Container(_))
+        ));
+    }
+
+    #[test]
+    fn writing_makes_the_folder_and_leaves_no_other_file() {
+        let folder = tempfile::tempdir().unwrap();
+        write_json(&folder.path().join("a/b"), "cuts", &cuts()).unwrap();
+        assert_eq!(std::fs::read_dir(folder.path().join("a/b")).unwrap().count(), 1);
+    }
+}

@@ -91,7 +91,8 @@ fn runs(pid: u32) -> bool {
 
 fn executable_of(pid: u32) -> Option<String> {
     let path = std::fs::read_link(format!("/proc/{pid}/exe")).ok()?;
-    Some(path.file_name()?.to_string_lossy().into_owned())
+    // The file may have been built anew meanwhile.
+    Some(path.file_name()?.to_string_lossy().trim_end_matches(" (deleted)").to_owned())
 }
 
 /// Files in shared memory and of iceoryx2 that bear the process id of a run.
