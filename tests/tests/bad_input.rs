@@ -135,7 +135,7 @@ fn a_missing_scene_an_unknown_task_and_a_taken_directory_are_named() {
     let out = folder.path().join("run");
     judge_message(plan(Path::new("scenes/none"), &out, &[]), &["scenes/none"]);
     judge_message(plan(&scene("two-rooms"), &out, &["--task", "fly"]), &["task", "fly", "carry"]);
-    judge_message(plan(&scene("hinge"), &out, &[]), &["scene.toml", "task"]);
+    judge_message(plan(&scene("hinge"), &out, &[]), &["hinge", "task"]);
     judge_message(plan(&scene("two-rooms"), folder.path(), &[]), &["--out", "exists already"]);
     judge_message(plan(&scene("two-rooms"), &out, &["--set", "paint.colour=red"]), &["--set", "paint"]);
     judge_message(
