@@ -32,7 +32,7 @@ pub fn parallel_separation(a: Placed<'_>, b: Placed<'_>) -> Option<Separation> {
             let axis_B = b.X.R.tr_mul(&axis_a);
             let k = axis_B.iamax();
             let (u, v) = ((k + 1) % 3, (k + 2) % 3);
-            if axis_B[u].hypot(axis_B[v]) > TOL_PARALLEL {
+            if axis_B[u] * axis_B[u] + axis_B[v] * axis_B[v] > TOL_PARALLEL * TOL_PARALLEL {
                 return None;
             }
             let x = b.X.R.tr_mul(&between);

@@ -33,8 +33,13 @@ fn core_distance(shape: &Shape, x: &Vector3<f64>) -> f64 {
             if inside <= 0.0 { inside } else { outside.map(|e| e.max(0.0)).norm() }
         }
         Shape::Cylinder { radius, half_length } => {
-            let (radial, axial) = (x.x.hypot(x.y) - radius, x.z.abs() - half_length);
-            if radial > 0.0 && axial > 0.0 { radial.hypot(axial) } else { radial.max(axial) }
+            // Lengths of a scene are far from over- and underflow; `hypot` took a fifth of all checking.
+            let (radial, axial) = ((x.x * x.x + x.y * x.y).sqrt() - radius, x.z.abs() - half_length);
+            if radial > 0.0 && axial > 0.0 {
+                (radial * radial + axial * axial).sqrt()
+            } else {
+                radial.max(axial)
+            }
         }
     }
 }
@@ -73,7 +78,7 @@ fn core_direction(shape: &Shape, x: &Vector3<f64>) -> Vector3<f64> {
 #[inline]
 pub fn combine(gap_u: f64, u: Vector3<f64>, gap_v: f64, v: Vector3<f64>) -> Separation {
     if gap_u > 0.0 && gap_v > 0.0 {
-        let gap = gap_u.hypot(gap_v);
+        let gap = (gap_u * gap_u + gap_v * gap_v).sqrt();
         Separation { gap, normal: (u * gap_u + v * gap_v) / gap }
     } else if gap_u >= gap_v {
         Separation { gap: gap_u, normal: u }

@@ -69,7 +69,7 @@ impl Support for Shape {
     fn core_extent(&self) -> f64 {
         match self {
             Shape::Box { half_extents } => half_extents.norm(),
-            Shape::Cylinder { radius, half_length } => radius.hypot(*half_length),
+            Shape::Cylinder { radius, half_length } => (radius * radius + half_length * half_length).sqrt(),
             Shape::Sphere { .. } => 0.0,
             Shape::Capsule { half_length, .. } => *half_length,
         }
