@@ -206,7 +206,7 @@ pub fn words_in_log(log: &Path) -> Option<String> {
             && [": bad input: ", ": failed: ", ": negative: "].iter().any(|w| line.contains(w))
     });
     let first_error = || lines().find(|line| line.starts_with("error:"));
-    let words = verdict.or_else(first_error).or_else(|| lines().last())?;
+    let words = verdict.or_else(first_error).or_else(|| lines().next_back())?;
     let words = words
         .split_once(": bad input: ")
         .or_else(|| words.split_once(": failed: "))

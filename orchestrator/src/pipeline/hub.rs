@@ -15,7 +15,7 @@ use ipc_types::stage_name::StageName;
 use ipc_types::{Digest, PROTOCOL_VERSION, domain};
 use std::collections::BTreeMap;
 use std::fmt::Debug;
-use std::path::PathBuf;
+use std::path::Path;
 use std::time::Duration;
 
 impl From<ChannelError> for Failure {
@@ -249,7 +249,7 @@ impl Hub {
 pub fn clean_dead(dry_run: bool) -> Result<Vec<String>, Failure> {
     let found = domain::files_of_dead(is_alive);
     if !dry_run {
-        let mut names: Vec<String> = found.iter().filter_map(|path| domain_of(path)).collect();
+        let mut names: Vec<String> = found.iter().map(AsRef::as_ref).filter_map(domain_of).collect();
         names.dedup();
         // First by the library's own call, domain by domain; then whatever bears the names.
         names.iter().for_each(|name| drop(domain::clean(name)));
@@ -259,7 +259,7 @@ pub fn clean_dead(dry_run: bool) -> Result<Vec<String>, Failure> {
 }
 
 /// Name of the domain that a file belongs to: up to the first `_`.
-fn domain_of(path: &PathBuf) -> Option<String> {
+fn domain_of(path: &Path) -> Option<String> {
     let name = path.file_name()?.to_str()?;
     name.split_once('_').map(|(domain, _)| format!("{domain}_"))
 }

@@ -12,10 +12,11 @@ use ipc_types::store::{find_artefact, read_artefact};
 
 impl Run<'_> {
     pub(super) fn advance(&mut self) -> Result<Option<Ending>, Failure> {
-        if self.slot(StageName::Decompose).is_done() && self.candidates.is_none() {
-            if let Some(ending) = self.decompose_is_done()? {
-                return Ok(Some(ending));
-            }
+        if self.slot(StageName::Decompose).is_done()
+            && self.candidates.is_none()
+            && let Some(ending) = self.decompose_is_done()?
+        {
+            return Ok(Some(ending));
         }
         if self.candidates.is_some() && self.slot(StageName::Miqp).job == 0 && self.certify_is_done()? {
             self.finished(StageName::Certify);
