@@ -1,5 +1,5 @@
 //! A first path, whose length bounds what is worth looking at: Dijkstra's algorithm over points of the overlaps, then
-//! the restriction, then vertices left out while that shortens it.
+//! the restriction, then vertices left out and put in while that shortens it.
 
 use crate::leaf_graph::{Contact, LeafGraph};
 use crate::path::Path;
@@ -12,8 +12,53 @@ use nalgebra::DVector;
 pub fn first_path(graph: &LeafGraph, g: &DVector<f64>, free: &[Option<HPolyhedron>]) -> Option<Path> {
     let vertices = dijkstra(graph)?;
     let path = shortest_through(graph, &vertices, g, free)?;
-    Some(shortened(graph, vertices, path, g, free))
+    Some(locally_shortest(graph, vertices, path, g, free))
 }
+
+/// A path gains less than this share of its length by the last step of the local search. Erring side: a larger value
+/// ends the search with a longer path.
+const TOL_PROGRESS: f64 = 1e-6;
+
+/// `path` through `vertices`, made shorter by the regions that hold a bend: put between the two that meet there, each
+/// may cut the corner. Where none does, the path is as short as its neighbors in the union of all regions.
+pub fn locally_shortest(
+    graph: &LeafGraph,
+    vertices: Vec<usize>,
+    path: Path,
+    g: &DVector<f64>,
+    free: &[Option<HPolyhedron>],
+) -> Path {
+    let (mut vertices, mut path) = shortened(graph, vertices, path, g, free);
+    'again: loop {
+        let enough = path.length() * (1.0 - TOL_PROGRESS);
+        for position in 1..vertices.len() {
+            let bend = graph.frame.u_of(&path.points[position]);
+            for between in 0..graph.vertices.len() {
+                let joins = |v: usize| graph.usable(v, between).is_some();
+                if vertices.contains(&between)
+                    || !joins(vertices[position - 1])
+                    || !joins(vertices[position])
+                    || !graph.vertices[between].polytope.contains(&bend, TOL_BEND)
+                {
+                    continue;
+                }
+                let mut more = vertices.clone();
+                more.insert(position, between);
+                if let Some(shorter) = shortest_through(graph, &more, g, free)
+                    && shorter.length() < enough
+                {
+                    (vertices, path) = (more, shorter);
+                    continue 'again;
+                }
+            }
+        }
+        return shortened(graph, vertices, path, g, free).1;
+    }
+}
+
+/// How far outside of a face a bend may lie to count as held, in units of u. Erring side: a smaller value leaves
+/// corners that could be cut.
+const TOL_BEND: f64 = 1e-6;
 
 /// Drops vertices one at a time, the first that shortens the path or keeps its length.
 fn shortened(
@@ -22,7 +67,7 @@ fn shortened(
     mut path: Path,
     g: &DVector<f64>,
     free: &[Option<HPolyhedron>],
-) -> Path {
+) -> (Vec<usize>, Path) {
     'again: while vertices.len() > 1 {
         for dropped in 0..vertices.len() {
             let mut fewer = vertices.clone();
@@ -41,7 +86,7 @@ fn shortened(
         }
         break;
     }
-    path
+    (vertices, path)
 }
 
 /// A pass from `from` into `to` through a point of their overlap.

@@ -27,6 +27,6 @@ pub struct Options {
 
 impl Default for Options {
     fn default() -> Self {
-        Self { order: 1, n_roundings: 8, tol_gap: 1e-4, max_nodes: 8 }
+        Self { order: 1, n_roundings: 8, tol_gap: 1e-4, max_nodes: 1 }
     }
 }

@@ -2,7 +2,7 @@
 //! branch and bound over the edges while a gap is left.
 
 use crate::detour::detour_bound;
-use crate::first_path::first_path;
+use crate::first_path::{first_path, locally_shortest};
 use crate::leaf_graph::LeafGraph;
 use crate::options::Options;
 use crate::path::Path;
@@ -80,7 +80,7 @@ pub fn search(
             if let Some(path) = shortest_through(graph, &vertices, g, free)
                 && incumbent.as_ref().is_none_or(|best| path.length() < best.length())
             {
-                incumbent = Some(path);
+                incumbent = Some(locally_shortest(graph, vertices, path, g, free));
             }
         }
         if node.bound >= close_enough(&incumbent) {
