@@ -433,9 +433,10 @@ impl<'a, S: Sink> Cover<'a, S> {
             }
             let mut points: Vec<Vec<f64>> =
                 self.regions.iter().map(|region| region.center.as_slice().to_vec()).collect();
+            let n_samples = self.options.coverage_samples;
             for target_idx in 0..self.targets.len() {
                 let rng = &mut self.streams.take();
-                points.extend(self.targets[target_idx].0.sample_free(self.problem.free, 400, rng).free);
+                points.extend(self.targets[target_idx].0.sample_free(self.problem.free, n_samples, rng).free);
             }
             let whole = self.whole.clone();
             let jobs: Vec<GrowthJob<'_, '_>> = bridge_seeds(&whole, &self.covering, &component, &points)

@@ -32,7 +32,7 @@ impl Stage for DecomposeStage {
         let stop = host.stop_flag();
         if !options.region_at.is_empty() {
             problem.anchors = given_anchors(options, job.scene.dim()).map_err(StageError::bad_input)?;
-            let bad = |error| bad_anchor(&job.scene, &checker, &problem, &error, "option region-at");
+            let bad = |error| bad_anchor(&job.scene, &checker, &problem, &error, "--region-at");
             problem.check().map_err(bad)?;
             let mut sink = HostSink { host, dim: job.scene.dim() };
             let regions = regions_at(&problem, options, job.seed, &mut sink, &|| stop.is_set())?;
@@ -91,18 +91,19 @@ fn bad_anchor(
     field: &str,
 ) -> StageError {
     let ProblemError::NotFree { name } = error else {
-        return StageError::BadInput(format!("scene {}: {field}: {error}", scene.name));
+        return StageError::BadInput(format!("scene.toml of {}: {field}: {error}", scene.name));
     };
-    let pair = problem
-        .anchors
-        .iter()
-        .find(|anchor| anchor.name == *name)
-        .and_then(|anchor| checker.colliding_pair(anchor.q.as_slice()))
-        .map_or_else(String::new, |pair| {
-            format!(" of {} with {}", scene.bodies[pair.body_a].name, scene.bodies[pair.body_b].name)
-        });
+    let anchor = problem.anchors.iter().find(|anchor| anchor.name == *name);
+    let value = anchor.map_or_else(String::new, |anchor| format!(" = {:?}", anchor.q.as_slice()));
+    let pair = anchor.and_then(|anchor| checker.colliding_pair(anchor.q.as_slice()));
+    let pair = pair.map_or_else(String::new, |pair| {
+        format!(
+            ": {} and {} are in collision",
+            scene.bodies[pair.body_a].name, scene.bodies[pair.body_b].name
+        )
+    });
     StageError::BadInput(format!(
-        "scene {}: {field}: {error}{pair}; move it, or lower the clearance",
+        "scene.toml of {}: {field}.{name}{value}{pair}; move it, or lower the clearance",
         scene.name
     ))
 }
