@@ -281,8 +281,8 @@ fn a_stage_in_place_of_another_works_on_files() {
 }
 
 #[test]
-fn a_process_of_another_version_is_refused() {
-    // A serving process that is given no domain of this run cannot enter one.
+fn a_stage_does_not_enter_the_domain_of_another_program() {
+    // The default prefix of the library: other programs of the machine may be there.
     let folder = tempfile::tempdir().unwrap();
     let arguments: [&str; 6] =
         ["serve", "--domain", "iox2_", "--run", folder.path().to_str().unwrap(), "--scene"];
