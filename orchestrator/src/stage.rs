@@ -6,6 +6,7 @@ use ipc_types::stage_name::StageName;
 pub use ipc_types::stage_name::StageName as Stage;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
+use std::path::Path;
 
 /// The stages whose input depends on this one's output.
 pub fn later_stages(stage: StageName) -> impl Iterator<Item = StageName> {
@@ -96,13 +97,27 @@ impl StageCommands {
             })?;
             let words = split_words(command)
                 .ok_or_else(|| Failure::bad_input(format!("--stage {item}: a quote is not closed")))?;
-            if words.is_empty() {
-                return Err(Failure::bad_input(format!("--stage {item}: the command is empty")));
+            let program = words.first().ok_or_else(|| {
+                Failure::bad_input(format!("--stage {item}: the command is empty; name a program"))
+            })?;
+            if !can_be_found(program) {
+                return Err(Failure::bad_input(format!(
+                    "--stage {item}: there is no program {program}; give the path of an executable, or the name of one in PATH"
+                )));
             }
             commands.insert(stage_from_name(name)?, words);
         }
         Ok(StageCommands(commands))
     }
+}
+
+/// Whether a program is there: a path as it stands, a name in one of the folders of PATH.
+fn can_be_found(program: &str) -> bool {
+    if program.contains('/') {
+        return Path::new(program).is_file();
+    }
+    let folders = std::env::var_os("PATH").unwrap_or_default();
+    std::env::split_paths(&folders).any(|folder| folder.join(program).is_file())
 }
 
 /// Splits a command line at white space outside quotes; `None` if a quote is not closed.
@@ -158,9 +173,9 @@ mod tests {
 
     #[test]
     fn commands_keep_quoted_words_together() {
-        let commands = StageCommands::parse(&["gcs=python3 'my gcs.py' -v".to_string()]).unwrap();
-        assert_eq!(commands.0[&StageName::Gcs], ["python3", "my gcs.py", "-v"]);
-        for bad in ["gcs", "gcs=", "gcs='x", "paint=x"] {
+        let commands = StageCommands::parse(&["gcs=sh 'my gcs.py' -v".to_string()]).unwrap();
+        assert_eq!(commands.0[&StageName::Gcs], ["sh", "my gcs.py", "-v"]);
+        for bad in ["gcs", "gcs=", "gcs='x", "paint=sh", "gcs=/none/at/all", "gcs=no-such-program"] {
             assert_eq!(StageCommands::parse(&[bad.to_string()]).unwrap_err().exit_code.code(), 2);
         }
     }

@@ -12,7 +12,7 @@ pub fn project() -> PathBuf {
 }
 
 /// Folder of the executables. The first call of a test process builds them: `cargo test` builds only those of the
-/// package under test, and a test of an old program would say nothing.
+/// package under test, and a test of an old program would say nothing. With `PREBUILT=1` they are taken as they are.
 ///
 /// # Panics
 /// If they cannot be built; there is nothing to test then.
@@ -22,6 +22,9 @@ pub fn folder() -> &'static Path {
         // target/<profile>/deps/<test>-<hash>
         let test = std::env::current_exe().expect("a running program has a path");
         let folder = test.ancestors().nth(2).expect("a test lies in target/<profile>/deps").to_owned();
+        if std::env::var_os("PREBUILT").is_some_and(|word| word == "1") {
+            return folder;
+        }
         let profile = match folder.file_name().and_then(OsStr::to_str) {
             Some("debug") | None => "dev".to_owned(),
             Some(profile) => profile.to_owned(),

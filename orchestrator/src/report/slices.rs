@@ -26,7 +26,9 @@ pub fn slices(
     let n = coordinates.len();
     let pairs = (0..n).flat_map(|i| (i + 1..n).map(move |j| (i, j)));
     let panels = pairs.take(MAX_PANELS).map(|pair| panel(coordinates, regions, trajectory, ranges, pair));
-    format!("<div class=\"panels\">{}</div>", panels.collect::<String>())
+    // Many regions lie over each other: the more there are, the paler each is.
+    let opacity = (1.2 / regions.len().max(1) as f64).min(0.1);
+    format!("<div class=\"panels\" style=\"--fill:{opacity:.3}\">{}</div>", panels.collect::<String>())
 }
 
 /// Ranges of the coordinates: the axis-parallel rows that every region carries are the joint limits.

@@ -61,7 +61,10 @@ impl Job {
     /// The task, for stages that cannot work without one.
     pub fn task(&self) -> Result<&Task, StageError> {
         self.task.as_ref().ok_or_else(|| {
-            StageError::BadInput(format!("scene {}: has no task; add a [task.NAME] table", self.scene.name))
+            StageError::BadInput(format!(
+                "scene.toml of {}: has no task; add a [task.NAME] table",
+                self.scene.name
+            ))
         })
     }
 
