@@ -67,8 +67,8 @@ fn refused(change: impl Fn(&mut PathCertificateFile), words: &str) {
 
 #[test]
 fn damage_is_refused() {
-    refused(|c| drop(c.pieces[0].intervals[0].remove(1)), "does not follow 0.25");
-    refused(|c| drop(c.pieces[0].intervals[0].pop()), "nothing is proven from t = 0.75 on");
+    refused(|c| _ = c.pieces[0].intervals[0].remove(1), "does not follow 0.25");
+    refused(|c| _ = c.pieces[0].intervals[0].pop(), "nothing is proven from t = 0.75 on");
     refused(|c| c.pieces[0].intervals[0][0].normal = [1.0, 0.0, 0.0], "not proven apart on [0, 0.25]");
     refused(|c| c.pieces[0].intervals[0][0].normal = [0.0; 3], "not proven apart");
     refused(|c| c.pieces[0].intervals[0][0].normal[1] = f64::NAN, "not proven apart");
