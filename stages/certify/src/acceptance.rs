@@ -273,7 +273,7 @@ impl Check<'_> {
                 }
             }
         }
-        if n_segments > 0 && n_segments % 2 == 0 {
+        if n_segments > 0 && n_segments.is_multiple_of(2) {
             self.fail(Place::Motion, "the motion ends while the object is held");
         }
     }

@@ -208,8 +208,8 @@ impl ControlNet {
         let mut leaf = values.iter().position(|&v| v == value).unwrap_or(0);
         let mut path = vec![1; side.steps.len()];
         for k in (0..side.steps.len()).rev() {
-            if self.branches[k] > 0 {
-                path[k] = (leaf / self.branches[k]) as u8;
+            if let Some(child) = leaf.checked_div(self.branches[k]) {
+                path[k] = child as u8;
                 leaf %= self.branches[k];
             } else if side.steps[k].kind == CoordinateKind::Revolute && variant == 1 {
                 path[k] = if g[side.steps[k].coordinate] > 0.0 { 2 } else { 0 };

@@ -151,7 +151,7 @@ pub fn search(
         if search.n_tried == CELLS_BEFORE_CONTACT_CUTS && options.cuts_allowed() {
             search.cut_contacts();
         }
-        if search.n_tried % 256 == 0 && is_stopped() {
+        if search.n_tried.is_multiple_of(256) && is_stopped() {
             return PairOutcome::Stopped;
         }
         if let Err(reason) = search.treat(net, node, cell.clone()) {

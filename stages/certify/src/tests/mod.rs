@@ -1,5 +1,8 @@
 //! Tests that need scenes: cells against samples, regions against the collision library, reference scenes, acceptance.
 
+// 3.14 is a joint limit of the scenes, not π.
+#![allow(clippy::approx_constant)]
+
 mod acceptance;
 mod cells;
 mod random_scene;
