@@ -16,8 +16,6 @@ const LEAST_HALF_AXIS: f64 = 0.02;
 const N_PAIRS: usize = 40;
 /// Points of a component that are looked at.
 const MAX_MEMBERS: usize = 300;
-/// Uncovered points that become seeds.
-const N_UNCOVERED: usize = 12;
 /// Bridges tried for each two components.
 const N_TRIES: usize = 3;
 
@@ -45,8 +43,8 @@ pub(crate) fn components(regions: &[HPolyhedron]) -> Vec<usize> {
         .collect()
 }
 
-/// Seeds of regions that may join two components: `points` (free) that no region covers, and for each two components
-/// the middle between points that see each other.
+/// Seeds of regions that may join two components: for each two, the middle between `points` (free) that see each
+/// other.
 pub(crate) fn bridge_seeds(
     domain: &Domain<'_>,
     regions: &[HPolyhedron],
@@ -57,14 +55,10 @@ pub(crate) fn bridge_seeds(
     let mut members: Vec<Vec<DVector<f64>>> = vec![Vec::new(); n_components];
     let mut seeds = Vec::new();
     for q in points {
-        match regions.iter().position(|region| contains(region, q)) {
-            Some(region_idx) if members[component[region_idx]].len() < MAX_MEMBERS => {
-                members[component[region_idx]].push(domain.u_from_q(q));
-            }
-            Some(_) => {}
-            // What no region covers may be the passage itself.
-            None if seeds.len() < N_UNCOVERED => seeds.push(Seed::ball(domain.u_from_q(q))),
-            None => {}
+        if let Some(region_idx) = regions.iter().position(|region| contains(region, q))
+            && members[component[region_idx]].len() < MAX_MEMBERS
+        {
+            members[component[region_idx]].push(domain.u_from_q(q));
         }
     }
     for a in 0..n_components {

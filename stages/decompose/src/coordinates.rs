@@ -78,17 +78,17 @@ mod tests {
     #[test]
     fn a_prism_has_the_limits_exactly() {
         let limits = Hyperrectangle {
-            lower: DVector::from_vec(vec![-3.14, -1.0, -0.055]),
-            upper: DVector::from_vec(vec![3.14, 1.0, 0.0]),
+            lower: DVector::from_vec(vec![-3.1, -1.0, -0.055]),
+            upper: DVector::from_vec(vec![3.1, 1.0, 0.0]),
         };
         let coordinates = Coordinates::new(limits, &[false, true, true]);
         let P =
             HPolyhedron { A: DMatrix::from_row_slice(1, 2, &[3.0, 4.0]), b: DVector::from_vec(vec![1.0]) };
         let prism = coordinates.prism(&P);
         assert_eq!(prism.n_faces(), 7);
-        assert_eq!(prism.b.as_slice()[..6], [3.14, 1.0, 0.0, 3.14, 1.0, 0.055]);
+        assert_eq!(prism.b.as_slice()[..6], [3.1, 1.0, 0.0, 3.1, 1.0, 0.055]);
         assert_eq!(prism.A.row(6).transpose().as_slice(), [0.0, 0.6, 0.8]);
-        assert!(prism.contains(&DVector::from_vec(vec![3.14, -1.0, 0.0]), 0.0));
+        assert!(prism.contains(&DVector::from_vec(vec![3.1, -1.0, 0.0]), 0.0));
         assert_eq!(coordinates.lift(&[0.5, -0.01]), vec![0.0, 0.5, -0.01]);
         assert_eq!(coordinates.project(&[7.0, 0.5, -0.01]).as_slice(), [0.5, -0.01]);
     }

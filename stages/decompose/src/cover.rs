@@ -1,16 +1,19 @@
 //! Rounds of growth until the requested shares of CS_free, CG_free and CP_free are covered.
 //!
-//! 1. Regions around start and goal. 2. For each set in turn, on fresh samples: what is uncovered becomes a
-//! visibility graph, its cliques become seeds, and the regions that add most are kept. 3. Bridges between
-//! components that see each other. 4. The longest chord of a transfer leaf. 5. What certification left uncovered is
-//! grown again.
+//! - Regions are grown around start and goal.
+//! - For each set in turn, on fresh samples, what is uncovered becomes a visibility graph, its cliques become seeds,
+//!   and the regions that add most are kept.
+//! - Bridges join components that see each other; the longest chord of a transfer leaf is completed.
+//! - What certification left uncovered is grown again.
+
+mod joins;
+mod measures;
 
 use convex_sets::{HPolyhedron, Hyperrectangle};
 use nalgebra::DVector;
 use wire::Region;
 
 use crate::anchors::contain_exactly;
-use crate::bridges::{bridge_seeds, components};
 use crate::clique_cover::{clique_cover, seed_of_clique};
 use crate::coordinates::Coordinates;
 use crate::coverage::{Estimate, covered, wilson_interval};
@@ -80,9 +83,6 @@ pub struct Decomposition {
 const MAX_STALLED: usize = 2;
 /// Cliques that are grown in one round.
 const MAX_CLIQUES: usize = 12;
-/// Rounds that look for bridges, and rounds that lengthen the chord.
-const MAX_BRIDGE_ROUNDS: usize = 4;
-const MAX_CHORD_ROUNDS: usize = 4;
 /// A certified share has to rise by this for one more round.
 const LEAST_RISE: f64 = 5e-4;
 
@@ -150,13 +150,6 @@ struct Cover<'a, S> {
     certified: Vec<(&'static str, Estimate)>,
     sink: &'a mut S,
     is_stopped: &'a (dyn Fn() -> bool + Sync),
-}
-
-/// What is still missing.
-struct Shortfall {
-    words: Vec<String>,
-    /// The share of each set, and of the chord, in a fixed order: whether a round raised anything.
-    shares: Vec<f64>,
 }
 
 impl<'a, S: Sink> Cover<'a, S> {
@@ -422,147 +415,5 @@ impl<'a, S: Sink> Cover<'a, S> {
             }
         }
         self.grow_and_select(&jobs, uncovered, uncovered.len() / 25, enough)
-    }
-
-    /// Joins components that see each other.
-    fn grow_bridges(&mut self) -> Result<(), S::Error> {
-        for _ in 0..MAX_BRIDGE_ROUNDS {
-            let component = components(&self.covering);
-            if component.iter().all(|&c| c == 0) || self.regions.len() >= self.options.max_regions {
-                break;
-            }
-            let mut points: Vec<Vec<f64>> =
-                self.regions.iter().map(|region| region.center.as_slice().to_vec()).collect();
-            let n_samples = self.options.coverage_samples;
-            for target_idx in 0..self.targets.len() {
-                let rng = &mut self.streams.take();
-                points.extend(self.targets[target_idx].0.sample_free(self.problem.free, n_samples, rng).free);
-            }
-            let whole = self.whole.clone();
-            let jobs: Vec<GrowthJob<'_, '_>> = bridge_seeds(&whole, &self.covering, &component, &points)
-                .into_iter()
-                .map(|seed| GrowthJob { domain: &whole, seed, method: "iris-zo of a bridge" })
-                .collect();
-            let n_before = self.regions.len();
-            for grown in self.grow(&jobs) {
-                // Only what joins components that earlier bridges have not joined yet.
-                let component = components(&self.covering);
-                let mut touched: Vec<usize> = (0..self.covering.len())
-                    .filter(|&idx| self.covering[idx].interior_intersects(&grown.polyhedron))
-                    .map(|idx| component[idx])
-                    .collect();
-                touched.sort_unstable();
-                touched.dedup();
-                if touched.len() > 1 {
-                    self.emit(&grown, &[])?;
-                }
-            }
-            if self.regions.len() == n_before {
-                break;
-            }
-        }
-        Ok(())
-    }
-
-    /// Regions in CG at what the longest chord of a transfer leaf lacks.
-    fn grow_chord(&mut self, wanted: f64) -> Result<(), S::Error> {
-        let Some(leaves) = self.leaves.clone() else { return Ok(()) };
-        let Some((_, domain)) =
-            self.targets.iter().find(|(target, _)| target.kind == TargetKind::Grasp).cloned()
-        else {
-            return Ok(());
-        };
-        for _ in 0..MAX_CHORD_ROUNDS {
-            let chord = leaves.measure(self.problem, &self.covering, &mut self.streams.take());
-            if chord.share() >= wanted
-                || (self.is_stopped)()
-                || self.regions.len() >= self.options.max_regions
-            {
-                break;
-            }
-            let jobs: Vec<GrowthJob<'_, '_>> = chord
-                .uncovered
-                .iter()
-                .map(|q| GrowthJob {
-                    domain: &domain,
-                    seed: Seed::ball(domain.u_from_q(q)),
-                    method: "iris-zo in the grasp space",
-                })
-                .collect();
-            self.grow_and_select(&jobs, &chord.uncovered, 1, 0)?;
-        }
-        Ok(())
-    }
-
-    /// Measures everything that is wanted against `covering`, on fresh samples.
-    fn shortfall(&mut self, after_certification: bool) -> Shortfall {
-        let mut short = Shortfall { words: Vec::new(), shares: Vec::new() };
-        let mut miss = |name: &str, share: f64, wanted: f64| {
-            short.shares.push(share);
-            if share < wanted {
-                short.words.push(format!("{share:.4} of {name} covered, {wanted} wanted"));
-            }
-        };
-        let mut estimates = Vec::new();
-        for target_idx in 0..self.targets.len() {
-            let kind = self.targets[target_idx].0.kind;
-            if let Some(estimate) = self.estimate(kind) {
-                miss(kind.name(), estimate.value, self.wanted(kind, after_certification));
-                estimates.push((kind.name(), estimate));
-            }
-        }
-        if let Some(leaves) = self.leaves.clone() {
-            let chord = leaves.measure(self.problem, &self.covering, &mut self.streams.take());
-            let wanted = match after_certification {
-                false => self.options.chord_coverage,
-                true => self.options.certified_chord_coverage,
-            };
-            miss("the longest chord of a transfer leaf in CG_free", chord.share(), wanted);
-        }
-        for anchor in &self.problem.anchors {
-            let share = if covered(&self.covering, anchor.q.as_slice()) { 1.0 } else { 0.0 };
-            short.shares.push(share);
-            if share < 1.0 {
-                short.words.push(format!("{} is in no region", anchor.name));
-            }
-        }
-        if after_certification {
-            self.certified = estimates;
-        }
-        short
-    }
-
-    /// The share of a set that is covered, on fresh samples; `None` if there is no such set or it is nowhere free.
-    fn estimate(&mut self, kind: TargetKind) -> Option<Estimate> {
-        let (target, _) = self.targets.iter().find(|(target, _)| target.kind == kind)?.clone();
-        let samples = target
-            .sample_free(self.problem.free, self.options.coverage_samples, &mut self.streams.take())
-            .free;
-        let n_hits = samples.iter().filter(|q| covered(&self.covering, q)).count();
-        (!samples.is_empty()).then(|| wilson_interval(n_hits, samples.len()))
-    }
-
-    /// Final figures of the candidates.
-    fn finish(mut self, ending: Ending) -> Result<Decomposition, S::Error> {
-        self.covering = self.regions.iter().map(|region| region.polyhedron.clone()).collect();
-        let nothing = wilson_interval(0, 0);
-        let total = self.estimate(TargetKind::Total).unwrap_or(nothing);
-        let grasp = self.problem.grasp.as_ref().map(|_| self.estimate(TargetKind::Grasp).unwrap_or(nothing));
-        // A placement space that is the whole joint box has the figures of the whole.
-        let placement =
-            self.problem.placement.as_ref().map(|_| self.estimate(TargetKind::Placement).unwrap_or(total));
-        let chord = self
-            .leaves
-            .clone()
-            .map(|leaves| leaves.measure(self.problem, &self.covering, &mut self.streams.take()));
-        Ok(Decomposition {
-            regions: self.regions,
-            total,
-            grasp,
-            placement,
-            chord,
-            certified: self.certified,
-            ending,
-        })
     }
 }

@@ -246,8 +246,8 @@ mod tests {
     #[test]
     fn leaf_of_the_bottle_cap_turns_gripper_and_cap() {
         let limits = Hyperrectangle {
-            lower: DVector::from_vec(vec![-3.14, -1.0, -0.055]),
-            upper: DVector::from_vec(vec![3.14, 1.0, 0.0]),
+            lower: DVector::from_vec(vec![-3.1, -1.0, -0.055]),
+            upper: DVector::from_vec(vec![3.1, 1.0, 0.0]),
         };
         let coordinates = Coordinates::new(limits, &[false, true, true]);
         let forms = DMatrix::from_row_slice(2, 3, &[-1.0, 1.0, 0.0, 0.0, 0.0, 1.0]);
