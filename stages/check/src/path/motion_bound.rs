@@ -6,7 +6,7 @@
 
 use crate::body;
 use crate::chain::{Step, cross};
-use crate::interval::{self, Interval, Vec3};
+use crate::interval::{self, Interval, Mat3, Vec3};
 use scene::{Scene, Shape};
 
 /// The motions from the frame outwards, each with an upper bound of R_j.
@@ -29,12 +29,8 @@ impl MotionBound {
         for step in steps.iter().rev() {
             match step {
                 Step::Fixed { R, p } => {
-                    let moved = |x: &Vec3| {
-                        let turned = interval::times_vec(R, x);
-                        std::array::from_fn(|i| turned[i] + p[i])
-                    };
-                    center = moved(&center);
-                    corners = corners.map(|points| points.iter().map(moved).collect());
+                    center = placed(R, p, &center);
+                    corners = corners.map(|points| points.iter().map(|x| placed(R, p, x)).collect());
                 }
                 Step::Turn { axis, coordinate, .. } => {
                     let along = interval::dot(axis, &center);
@@ -80,6 +76,12 @@ impl MotionBound {
         }
         sum
     }
+}
+
+/// R x + p.
+fn placed(R: &Mat3, p: &Vec3, x: &Vec3) -> Vec3 {
+    let turned = interval::times_vec(R, x);
+    std::array::from_fn(|i| turned[i] + p[i])
 }
 
 /// Points whose hull holds the core; a disc is held by a square.
