@@ -53,7 +53,7 @@ impl Run<'_> {
                 let outcome = if ended.code < 0 { ExitCode::Failed } else { ExitCode::from_code(ended.code) };
                 let log = self.log(stage, worker);
                 match outcome {
-                    ExitCode::BadInput => return Err(Failure::bad_input(self.reason(stage, worker))),
+                    ExitCode::BadInput => return Err(bad_input(stage, &self.reason(stage, worker))),
                     _ if told && ended.code >= 0 => {}
                     ExitCode::Failed => {
                         // Its last words may have arrived before it died.
@@ -73,4 +73,15 @@ impl Run<'_> {
         }
         Ok(())
     }
+}
+
+/// Bad input in a stage's words. Of its command line it does not know that the user wrote it elsewhere.
+fn bad_input(stage: StageName, words: &str) -> Failure {
+    if words.contains("'--") {
+        let program = stage.executable();
+        return Failure::bad_input(format!(
+            "stage {stage}: {words}; `{program} run --help` lists its options"
+        ));
+    }
+    Failure::bad_input(words)
 }
