@@ -74,7 +74,7 @@ pub fn sine_excess(h: f64) -> f64 {
 /// The control maps of the motions of one side over one cell.
 enum Maps {
     Fixed(Mat3, Vec3),
-    Turn { maps: [Mat3; 3], g_h: Interval },
+    Turn { maps: Box<[Mat3; 3]>, g_h: Interval },
     Slide { axis: Vec3, ends: [Interval; 2], g_h: Interval },
 }
 
@@ -94,7 +94,7 @@ fn control_maps(side: &Side, extent: &Extent, g: &[f64]) -> Option<Vec<Maps>> {
                     let (s, c) = (sign * angle).sin_cos();
                     rotation(axis, s, c, stretch)
                 };
-                let maps = [at(m - h, Interval::ONE), at(m, cos_h.recip()), at(m + h, Interval::ONE)];
+                let maps = Box::new([at(m - h, Interval::ONE), at(m, cos_h.recip()), at(m + h, Interval::ONE)]);
                 Some(Maps::Turn { maps, g_h: Interval::point(*g.get(*coordinate)?) * h })
             }
             Step::Slide { axis, sign, coordinate } => {
