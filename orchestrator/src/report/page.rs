@@ -20,9 +20,9 @@ pub fn page(run: &str, results: &Results) -> String {
     );
     let task = record.task.as_ref().map(|task| format!(" · task {}", escaped(task))).unwrap_or_default();
     // Writing to a string does not fail, here and below.
-    let _ = write!(
+    let _ = writeln!(
         html,
-        "<header><p class=\"kicker\">{}{task} · seed {}</p><h1>{}</h1></header>\n",
+        "<header><p class=\"kicker\">{}{task} · seed {}</p><h1>{}</h1></header>",
         escaped(&scene),
         record.seed,
         escaped(&headline(results))
@@ -52,9 +52,9 @@ pub fn page(run: &str, results: &Results) -> String {
     section(&mut html, "Time and memory", &format!("{}{}", bars::stages(results), tables::stages(results)));
     section(&mut html, "Asked", &tables::asked(results));
     let digest = if record.scene_digest.is_empty() { "unknown" } else { &record.scene_digest };
-    let _ = write!(
+    let _ = writeln!(
         html,
-        "<footer><p>regrasp {} · {} · scene digest <code>{}</code></p></footer>\n</main>\n</body>\n</html>\n",
+        "<footer><p>regrasp {} · {} · scene digest <code>{}</code></p></footer>\n</main>\n</body>\n</html>",
         escaped(&record.version),
         escaped(run),
         escaped(digest)
@@ -116,7 +116,7 @@ fn tiles(html: &mut String, results: &Results) {
 }
 
 fn section(html: &mut String, title: &str, body: &str) {
-    let _ = write!(html, "<section><h2>{title}</h2>\n{body}\n</section>\n");
+    let _ = writeln!(html, "<section><h2>{title}</h2>\n{body}\n</section>");
 }
 
 fn regions(file: &RegionsFile, results: &Results, ranges: &[(f64, f64)]) -> String {

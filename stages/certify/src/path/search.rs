@@ -337,11 +337,11 @@ fn least_frame(model: &PairModel, workspace: &PathWorkspace) -> u16 {
 #[inline]
 fn stays_above(gaps: [f64; 3], M2: f64, needed: f64) -> bool {
     let K = 0.25 * M2;
-    let least = gaps[0].min(gaps[1]).min(gaps[2]);
-    // The negated form lets no NaN pass.
-    if !(least > needed) {
+    // Each by itself: `f64::min` would pass a NaN over.
+    if !gaps.iter().all(|&gap| gap > needed) {
         return false;
     }
+    let least = gaps[0].min(gaps[1]).min(gaps[2]);
     if least - 0.125 * K > needed {
         return true;
     }
