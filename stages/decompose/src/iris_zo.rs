@@ -220,10 +220,9 @@ impl<'a, 'd> Separation<'a, 'd> {
                 continue;
             }
             let face = match self.placing.nearest_face(boundary) {
-                Some(face) if !is_cut(&self.faces, &face.boundary) => Some(face),
                 // The search has slid to what is cut already: the collision itself is still there.
-                Some(face) => self.placing.shifted(&face, boundary).or_else(|| self.placing.face(boundary)),
-                None => self.placing.face(boundary),
+                Some(face) if !is_cut(&self.faces, &face.boundary) => Some(face),
+                _ => self.placing.face(boundary),
             };
             if let Some(face) = face {
                 self.walk.push_row(&face.a, face.b);

@@ -53,8 +53,6 @@ const FIRST_STEP: f64 = 0.4;
 const LAST_STEP: f64 = 4e-4;
 /// Steps of the search at most.
 const MAX_SEARCH_STEPS: usize = 60;
-/// Share of its distance from the center that a face keeps when it is moved inwards.
-const SHIFT_KEEPS: f64 = 0.9;
 /// Halvings of a bisection during the search: the last bisection is to the margin.
 const SEARCH_HALVINGS: usize = 14;
 
@@ -98,22 +96,6 @@ impl<'a, 'd> Placing<'a, 'd> {
         self.face_at(&from.boundary, &from.y)
     }
 
-    /// `face`, found from `from` at a place that is cut off already, moved inwards until it cuts `from` off too;
-    /// `None` if it would come nearer to the center by more than a little. A face that is tilted by the search's
-    /// last step leaves a wedge of collisions; seen from the center, their own faces would cut across a passage.
-    pub(crate) fn shifted(&self, face: &Face, from: &Boundary) -> Option<Face> {
-        let b = face.b.min(face.a.dot(&from.boundary) - self.shift(&face.a));
-        let least = SHIFT_KEEPS * (face.b - face.a.dot(&from.y));
-        let keeps = b - face.a.dot(&from.y) >= least && face.a.dot(self.witness) < b;
-        keeps.then(|| Face { a: face.a.clone(), b, boundary: from.boundary.clone() })
-    }
-
-    /// The margin along `a`, in units of the domain.
-    fn shift(&self, a: &DVector<f64>) -> f64 {
-        let per_unit = self.domain.displacement(a);
-        if per_unit > 0.0 { self.margin / per_unit } else { 0.0 }
-    }
-
     fn walk_to(&self, collision: &DVector<f64>, y: &DVector<f64>) -> Boundary {
         let boundary = self.bisect(collision, y, 60);
         let distance = (&self.ellipsoid.A * (&boundary - y)).norm();
@@ -128,8 +110,10 @@ impl<'a, 'd> Placing<'a, 'd> {
             return None;
         }
         let a = normal / norm;
+        let per_unit = self.domain.displacement(&a);
         let room = a.dot(&(boundary - y));
-        let b = a.dot(boundary) - self.shift(&a).min(0.5 * room);
+        let shift = if per_unit > 0.0 { (self.margin / per_unit).min(0.5 * room) } else { 0.5 * room };
+        let b = a.dot(boundary) - shift;
         (a.dot(self.witness) < b).then(|| Face { a, b, boundary: boundary.clone() })
     }
 
