@@ -94,7 +94,8 @@ fn control_maps(side: &Side, extent: &Extent, g: &[f64]) -> Option<Vec<Maps>> {
                     let (s, c) = (sign * angle).sin_cos();
                     rotation(axis, s, c, stretch)
                 };
-                let maps = Box::new([at(m - h, Interval::ONE), at(m, cos_h.recip()), at(m + h, Interval::ONE)]);
+                let maps =
+                    Box::new([at(m - h, Interval::ONE), at(m, cos_h.recip()), at(m + h, Interval::ONE)]);
                 Some(Maps::Turn { maps, g_h: Interval::point(*g.get(*coordinate)?) * h })
             }
             Step::Slide { axis, sign, coordinate } => {
