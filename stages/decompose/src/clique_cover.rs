@@ -43,14 +43,18 @@ fn greedy_clique(graph: &VisibilityGraph, vertices: &[usize]) -> Vec<usize> {
     clique
 }
 
-/// The seed of a clique: the ellipsoid around its points, about its center if that is free, else about the member
-/// nearest to it.
-pub(crate) fn seed_of_clique(domain: &Domain<'_>, points: &[DVector<f64>]) -> Option<Seed> {
+/// The seed of a clique: the ellipsoid around its points, about its center if that is free and `is_new` (no region
+/// has it yet), else about the member nearest to it.
+pub(crate) fn seed_of_clique(
+    domain: &Domain<'_>,
+    points: &[DVector<f64>],
+    is_new: &dyn Fn(&DVector<f64>) -> bool,
+) -> Option<Seed> {
     if let [point] = points {
         return Some(Seed::ball(point.clone()));
     }
     let ellipsoid = min_enclosing_ellipsoid(points, LEAST_HALF_AXIS)?;
-    let witness = if domain.is_free(&ellipsoid.center) {
+    let witness = if domain.is_free(&ellipsoid.center) && is_new(&ellipsoid.center) {
         ellipsoid.center.clone()
     } else {
         points.iter().min_by(|p, q| ellipsoid.distance(p).total_cmp(&ellipsoid.distance(q)))?.clone()

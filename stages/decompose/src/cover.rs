@@ -378,7 +378,13 @@ impl<'a, S: Sink> Cover<'a, S> {
                 // Half of what may stay uncovered: the next round's samples are not these.
                 let may_stay = 0.5 * (1.0 - self.wanted(target.kind, after_certification));
                 let enough = (may_stay * samples.free.len() as f64) as usize;
+                // Alternation has led away from what is left: without it regions stay where they are seeded.
+                let alternating = self.growing.growth.max_iterations;
+                if n_stalled[target_idx] > 0 {
+                    self.growing.growth.max_iterations = 1;
+                }
                 let gained = self.grow_where_uncovered(target.kind, &domain, &uncovered, enough)?;
+                self.growing.growth.max_iterations = alternating;
                 n_stalled[target_idx] = if gained { 0 } else { n_stalled[target_idx] + 1 };
             }
             if all_met {
@@ -404,7 +410,8 @@ impl<'a, S: Sink> Cover<'a, S> {
         let mut jobs = Vec::new();
         for clique in clique_cover(&graph).into_iter().take(MAX_CLIQUES) {
             let members: Vec<DVector<f64>> = clique.iter().map(|&vertex| points[vertex].clone()).collect();
-            let Some(seed) = seed_of_clique(domain, &members) else { continue };
+            let is_new = |u: &DVector<f64>| !covered(&self.covering, &domain.q_from_u(u));
+            let Some(seed) = seed_of_clique(domain, &members, &is_new) else { continue };
             if is_thin {
                 // Its twin in the whole box joins the thin region to the rest.
                 let witness = whole.u_from_q(&domain.q_from_u(&seed.witness));

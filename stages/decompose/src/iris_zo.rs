@@ -49,6 +49,9 @@ const N_CHORDS: usize = 150;
 const N_ENDS_ALLOWED: usize = 1;
 /// Collisions that end a pass which cannot pass any more: more at once would mostly be cut off by the first faces.
 const BATCH: usize = 6;
+/// Share of its distance that a face keeps when it is moved to cut a collision off: at once, or as a last resort.
+const SLIVER: f64 = 0.995;
+const WEDGE: f64 = 0.9;
 /// Steps for each dimension by which the walk forgets where it started.
 const BURN_IN: usize = 5;
 /// A face so near a chord's end is not what the end tests.
@@ -219,11 +222,18 @@ impl<'a, 'd> Separation<'a, 'd> {
             if is_cut(&self.faces[first_new..], &boundary.collision) {
                 continue;
             }
-            let face = match self.placing.nearest_face(boundary) {
-                // The search has slid to what is cut already: the collision itself is still there.
-                Some(face) if !is_cut(&self.faces, &face.boundary) => Some(face),
-                _ => self.placing.face(boundary),
-            };
+            let placing = &self.placing;
+            // A sliver beside a face is that face's; only what is more asks for the search.
+            let face = placing.shifted(&self.faces, boundary, SLIVER).or_else(|| {
+                match placing.nearest_face(boundary) {
+                    Some(face) if !is_cut(&self.faces, &face.boundary) => Some(face),
+                    // The search has slid to what is cut already: the collision itself is still there.
+                    _ => {
+                        let moved = placing.shifted(&self.faces, boundary, WEDGE);
+                        moved.or_else(|| placing.face(boundary))
+                    }
+                }
+            });
             if let Some(face) = face {
                 self.walk.push_row(&face.a, face.b);
                 self.faces.push(face);

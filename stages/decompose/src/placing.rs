@@ -96,6 +96,29 @@ impl<'a, 'd> Placing<'a, 'd> {
         self.face_at(&from.boundary, &from.y)
     }
 
+    /// Of `faces` the one that, moved inwards until it cuts `from` off, keeps the largest share of its distance from
+    /// the center; `None` if none keeps the share `least`. A face that is tilted by the search's last step leaves a
+    /// wedge of collisions; seen from the center, their own faces would cut across a passage.
+    pub(crate) fn shifted(&self, faces: &[Face], from: &Boundary, least: f64) -> Option<Face> {
+        let mut best: Option<(f64, &Face, f64)> = None;
+        for face in faces {
+            let b = face.b.min(face.a.dot(&from.boundary) - self.shift(&face.a));
+            let distance = face.b - face.a.dot(&from.y);
+            let share = (b - face.a.dot(&from.y)) / distance;
+            let keeps = distance > 0.0 && share >= least && face.a.dot(self.witness) < b;
+            if keeps && best.is_none_or(|(most, _, _)| share > most) {
+                best = Some((share, face, b));
+            }
+        }
+        best.map(|(_, face, b)| Face { a: face.a.clone(), b, boundary: from.boundary.clone() })
+    }
+
+    /// The margin along `a`, in units of the domain.
+    fn shift(&self, a: &DVector<f64>) -> f64 {
+        let per_unit = self.domain.displacement(a);
+        if per_unit > 0.0 { self.margin / per_unit } else { 0.0 }
+    }
+
     fn walk_to(&self, collision: &DVector<f64>, y: &DVector<f64>) -> Boundary {
         let boundary = self.bisect(collision, y, 60);
         let distance = (&self.ellipsoid.A * (&boundary - y)).norm();
@@ -110,10 +133,8 @@ impl<'a, 'd> Placing<'a, 'd> {
             return None;
         }
         let a = normal / norm;
-        let per_unit = self.domain.displacement(&a);
         let room = a.dot(&(boundary - y));
-        let shift = if per_unit > 0.0 { (self.margin / per_unit).min(0.5 * room) } else { 0.5 * room };
-        let b = a.dot(boundary) - shift;
+        let b = a.dot(boundary) - self.shift(&a).min(0.5 * room);
         (a.dot(self.witness) < b).then(|| Face { a, b, boundary: boundary.clone() })
     }
 

@@ -82,6 +82,11 @@ fn shares(problem: &Problem<'_>, regions: &[HPolyhedron]) -> (f64, f64) {
     (n_covered_free as f64 / n_free as f64, 1.0 - n_covered_free as f64 / n_covered as f64)
 }
 
+/// A wall with a gap of 0.02 around y = 0: two rooms and a passage with 1 % of the volume.
+fn rooms(q: &[f64]) -> bool {
+    q[1].abs() > 0.1 || q[2].abs() < 0.01
+}
+
 fn disc(q: &[f64]) -> bool {
     q[1].hypot(q[2]) > 0.5
 }
@@ -144,6 +149,22 @@ fn around_a_disc() {
             );
         }
     }
+}
+
+#[test]
+fn a_passage_too_small_for_coverage_is_bridged() {
+    let free = FreeWhere(rooms);
+    let problem = problem(&free);
+    let found = run(&problem, &Options { coverage: 0.9, ..Options::default() }, 1);
+    let regions = polyhedra(&found);
+    let mut reached = vec![0];
+    while let Some(next) = (0..regions.len()).find(|&j| {
+        !reached.contains(&j) && reached.iter().any(|&i| regions[i].interior_intersects(&regions[j]))
+    }) {
+        reached.push(next);
+    }
+    assert_eq!(reached.len(), regions.len(), "all regions are connected");
+    assert!(regions.iter().any(|P| P.contains(&vector(&[0.0, 0.0, 0.0]), 0.0)));
 }
 
 #[test]
@@ -247,4 +268,21 @@ fn single_regions_stay_in_their_domain() {
     let bounds = regions[0].polyhedron.bounding_box().unwrap();
     assert!(bounds.lower[1] >= 0.55 - 1e-9 && bounds.upper[2] <= 0.25 + 1e-9, "{bounds:?}");
     assert!(regions[0].polyhedron.contains(&vector(&[0.0, 0.8, 0.0]), 0.0));
+}
+
+#[test]
+fn a_region_in_a_passage_reaches_both_ends() {
+    let free = FreeWhere(rooms);
+    let problem = Problem {
+        anchors: vec![Anchor { name: "seed".into(), q: vector(&[0.0, 0.05, 0.003]) }],
+        ..problem(&free)
+    };
+    // With more alternations the ellipsoid grows into a room.
+    let options = Options { max_iterations: 1, ..Options::default() };
+    for seed in 0..5 {
+        let mut sink = Certifying::<NoCertificates> { seen: Vec::new(), certify: None };
+        let Ok(regions) = regions_at(&problem, &options, seed, &mut sink, &|| false);
+        let bounds = regions[0].polyhedron.bounding_box().unwrap();
+        assert!(bounds.lower[1] < -0.1 && bounds.upper[1] > 0.1, "seed {seed}: {bounds:?}");
+    }
 }

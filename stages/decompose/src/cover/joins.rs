@@ -34,7 +34,7 @@ impl<S: Sink> Cover<'_, S> {
             let seeds = bridge_seeds(&whole, &self.covering, &component, &points);
             let jobs: Vec<GrowthJob<'_, '_>> = seeds.into_iter().map(job).collect();
             let mut joined = false;
-            for grown in self.grow(&jobs) {
+            for grown in self.grow_once(&jobs) {
                 joined |= self.emit_if_it_joins(&grown)?;
             }
             // A passage may have too little volume to be seen through by chance, but samples fall into it.
@@ -46,7 +46,7 @@ impl<S: Sink> Cover<'_, S> {
                 if covered(&self.covering, q) || covered(&tried, q) {
                     continue;
                 }
-                for grown in self.grow(&[job(Seed::ball(whole.u_from_q(q)))]) {
+                for grown in self.grow_once(&[job(Seed::ball(whole.u_from_q(q)))]) {
                     joined |= self.emit_if_it_joins(&grown)?;
                     tried.push(grown.polyhedron);
                 }
@@ -56,6 +56,15 @@ impl<S: Sink> Cover<'_, S> {
             }
         }
         Ok(())
+    }
+
+    /// Grows without alternation: the larger ellipsoid would move out of the passage.
+    fn grow_once(&mut self, jobs: &[GrowthJob<'_, '_>]) -> Vec<Grown> {
+        let alternating = self.growing.growth;
+        self.growing.growth.max_iterations = 1;
+        let grown = self.grow(jobs);
+        self.growing.growth = alternating;
+        grown
     }
 
     /// Hands a region over if it overlaps two components or more.
