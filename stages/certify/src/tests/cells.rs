@@ -84,8 +84,14 @@ proptest! {
             } else {
                 prop_assert!(gap > 0.0 || distance < 1e-6, "{gap} although {distance} apart");
             }
+            // Short of the distance it is by design between boxes (axes only). Elsewhere the iteration ends early at
+            // rims close to contact: 1e-5 m at most in 180,000 pairs of random scenes.
+            let is_box = |body: usize| matches!(scene.bodies[body].shape, scene::Shape::Box { .. });
+            let both_boxes = is_box(pair.body_a) && is_box(pair.body_b);
+            prop_assert!(both_boxes || distance <= 0.0 || gap >= distance - 1e-4, "{gap} short of {distance}");
             for frame_idx in 0..model.frames.len() {
-                prop_assert!((model.tangent(frame_idx, &q).gap - gap).abs() < 1e-6);
+                let other = model.tangent(frame_idx, &q).gap;
+                prop_assert!((other - gap).abs() < 1e-4, "{gap}, but {other} from frame {frame_idx}");
             }
         }
     }
