@@ -22,7 +22,7 @@ pub mod store;
 pub mod validate;
 
 /// Version of messages, artefacts and channel names together. A process of another version is refused.
-pub const PROTOCOL_VERSION: u32 = 1;
+pub const PROTOCOL_VERSION: u32 = 2;
 
 /// BLAKE3 digest.
 pub type Digest = [u8; 32];

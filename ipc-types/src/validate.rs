@@ -24,12 +24,16 @@ pub struct Violation {
 }
 
 impl Violation {
-    fn new(field: impl Into<String>, value: impl ToString, expected: impl Into<String>) -> Violation {
+    pub(crate) fn new(
+        field: impl Into<String>,
+        value: impl ToString,
+        expected: impl Into<String>,
+    ) -> Violation {
         Violation { field: field.into(), value: value.to_string(), expected: expected.into() }
     }
 
     /// The same violation of a field within `outer`.
-    fn within(mut self, outer: &str) -> Violation {
+    pub(crate) fn within(mut self, outer: &str) -> Violation {
         self.field = format!("{outer}.{}", self.field);
         self
     }

@@ -1,6 +1,7 @@
 //! `certificates.bin`: why certified regions are free of collision, to be re-checked without a solver.
 //!
-//! Theory: swept-hull certificates. For one pair of bodies (A, B) on the region P, cells (boxes in the coordinates of
+//! Each pair's proof is of one of two kinds; one region may mix them. Sums of squares: [`crate::artefact::SosProof`].
+//! Swept hulls: for one pair of bodies (A, B) on the region P, cells (boxes in the coordinates of
 //! the joints between the two) form a binary tree whose root is the box of joint limits; each leaf either misses P,
 //! or has a normal n, fixed in the frame of a link on the chain between A and B, and a row g with
 //!
@@ -12,6 +13,7 @@
 //!
 //! A verifier recomputes κ and L from these data alone; nothing here has to be believed.
 
+use crate::artefact::SosProof;
 use serde::{Deserialize, Serialize};
 
 /// The certificates of all certified regions.
@@ -26,7 +28,7 @@ pub struct CertificatesFile {
 pub struct RegionCertificate {
     /// Id of the certified region in `certify/regions.bin`.
     pub region_id: u64,
-    /// The rows `a·q ≤ b` that the leaves' multipliers index. Each is satisfied by all of the region.
+    /// The rows `a·q ≤ b` that the proofs' multipliers index. Each is satisfied by all of the region.
     pub rows: Vec<SweptRow>,
     /// One entry for every pair of bodies that may collide, sorted by (body_a, body_b).
     pub pairs: Vec<PairCertificate>,
@@ -62,6 +64,22 @@ pub struct PairCertificate {
     pub body_b: u32,
     /// Distance that is proven, metres; 0 is disjointness.
     pub clearance: f64,
+    /// Why.
+    pub proof: PairProof,
+}
+
+/// Why two bodies are apart on a region.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub enum PairProof {
+    /// By swept hulls on a tree of cells.
+    Swept(SweptProof),
+    /// By sums of squares.
+    SumOfSquares(Box<SosProof>),
+}
+
+/// A proof by swept hulls.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct SweptProof {
     /// The frames that leaves name by position.
     pub frames: Vec<FrameChoice>,
     /// The tree of cells in preorder: a split is followed by its lower, then its upper subtree. The root cell is the
@@ -103,7 +121,7 @@ pub enum Cell {
     },
     /// The bodies are apart on all of the cell ∩ region.
     Separated {
-        /// Position in `PairCertificate::frames`.
+        /// Position in `SweptProof::frames`.
         frame: u16,
         /// Normal in the frame's link; points from B to A; of unit length within rounding (a verifier divides by a
         /// bound on its length where the clearance is positive).

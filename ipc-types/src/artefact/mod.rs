@@ -5,15 +5,20 @@ mod cuts;
 mod path_certificate;
 mod plan;
 mod regions;
+mod sos_certificate;
 mod trajectory;
 mod trajectory_csv;
 
 pub use certificate::{
-    Cell, CertificatesFile, FrameChoice, PairCertificate, RegionCertificate, RowOrigin, SweptRow,
+    Cell, CertificatesFile, FrameChoice, PairCertificate, PairProof, RegionCertificate, RowOrigin,
+    SweptProof, SweptRow,
 };
 pub use cuts::{CutsFile, LeafCut};
 pub use path_certificate::{CertifiedPiece, PathCertificateFile, PathPair, SeparatedInterval};
 pub use plan::{Mode, PlanFile, PlanStatus, Tried, TriedStatus};
 pub use regions::{Coverage, Estimate, Region, RegionsFile};
+pub use sos_certificate::{
+    CoreEnclosure, MAX_SOS_EXPONENT, MAX_SOS_JOINTS, SosJoint, SosProof, SosRow, SosTerm,
+};
 pub use trajectory::{Segment, TrajectoryFile};
 pub use trajectory_csv::{SAMPLES, TrajectoryRow};

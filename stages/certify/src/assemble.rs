@@ -6,7 +6,7 @@ use crate::pair_search::PairProof;
 use crate::row_program::RowProgram;
 use crate::rows::{Multipliers, RowBound, Rows};
 use convex_sets::HPolyhedron;
-use ipc_types::artefact::{Cell, PairCertificate, RowOrigin, SweptRow};
+use ipc_types::artefact::{Cell, PairCertificate, PairProof as Proof, RowOrigin, SweptProof, SweptRow};
 use nalgebra::{DMatrix, DVector};
 
 /// A region's faces and its certificate.
@@ -75,8 +75,7 @@ pub fn assemble(base: &Rows, limits: &CellBox, models: &[PairModel], proofs: Vec
                 body_a: model.pair.body_a as u32,
                 body_b: model.pair.body_b as u32,
                 clearance: model.clearance,
-                frames: model.frame_choices(),
-                cells,
+                proof: Proof::Swept(SweptProof { frames: model.frame_choices(), cells }),
             }
         })
         .collect();

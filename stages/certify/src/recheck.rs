@@ -9,7 +9,7 @@ use crate::control_net::MAX_HALF_ANGLE;
 use crate::pair_model::PairModel;
 use crate::rows::Rows;
 use convex_sets::HPolyhedron;
-use ipc_types::artefact::{Cell, PairCertificate, RegionCertificate, RowOrigin};
+use ipc_types::artefact::{Cell, PairCertificate, PairProof, RegionCertificate, RowOrigin, SweptProof};
 use nalgebra::{DMatrix, DVector, Vector3};
 use scene::{CollisionPair, Scene};
 
@@ -23,6 +23,8 @@ pub enum RecheckError {
     Pairs,
     #[error("pair {pair_idx}, cell {cell_idx}: {problem}")]
     Cell { pair_idx: usize, cell_idx: usize, problem: &'static str },
+    #[error("pair {pair_idx} is proven by sums of squares, which are not looked at here")]
+    SumOfSquares { pair_idx: usize },
 }
 
 /// Looks at the certificate of `region`; returns the number of cells.
@@ -65,9 +67,14 @@ pub fn recheck(
     });
     let mut n_cells = 0;
     for (pair_idx, (pair, certificate)) in pairs.iter().zip(&certificate.pairs).enumerate() {
-        recheck_pair(scene, *pair, certificate, &rows, &limits)
-            .map_err(|(cell_idx, problem)| RecheckError::Cell { pair_idx, cell_idx, problem })?;
-        n_cells += certificate.cells.len();
+        match &certificate.proof {
+            PairProof::Swept(proof) => {
+                recheck_pair(scene, *pair, certificate.clearance, proof, &rows, &limits)
+                    .map_err(|(cell_idx, problem)| RecheckError::Cell { pair_idx, cell_idx, problem })?;
+                n_cells += proof.cells.len();
+            }
+            PairProof::SumOfSquares(_) => return Err(RecheckError::SumOfSquares { pair_idx }),
+        }
     }
     Ok(n_cells)
 }
@@ -79,11 +86,12 @@ fn are_usable(multipliers: &[(u32, f64)], n_rows: usize) -> bool {
 fn recheck_pair(
     scene: &Scene,
     pair: CollisionPair,
-    certificate: &PairCertificate,
+    clearance: f64,
+    certificate: &SweptProof,
     rows: &Rows,
     limits: &CellBox,
 ) -> Result<(), (usize, &'static str)> {
-    let model = PairModel::new(scene, pair, certificate.clearance);
+    let model = PairModel::new(scene, pair, clearance);
     if certificate.frames != model.frame_choices() {
         return Err((0, "the frames are not those of the pair"));
     }
@@ -130,7 +138,7 @@ fn recheck_pair(
                 } else {
                     kappa[1] + rows.bound(&at, &row, multipliers)
                 };
-                if !(gap > certificate.clearance * n.norm()) {
+                if !(gap > clearance * n.norm()) {
                     return Err((cell_idx, "the plane does not separate the bodies"));
                 }
             }

@@ -6,7 +6,7 @@
 use crate::chain::Side;
 use crate::interval::{Interval, Vec3};
 use crate::swept::{self, Extent};
-use ipc_types::artefact::{Cell, PairCertificate, SweptRow};
+use ipc_types::artefact::{Cell, FrameChoice, PairCertificate, SweptProof, SweptRow};
 use scene::Scene;
 
 /// Why the certificate of a pair does not prove what it claims.
@@ -96,21 +96,23 @@ struct Frame {
     coordinates: Vec<usize>,
 }
 
-/// Verifies the tree of one pair. `rows` hold on the region, `lower` and `upper` are the joint limits.
+/// Verifies the tree `proof` of one pair. `rows` hold on the region, `lower` and `upper` are the joint limits.
 ///
 /// Returns the number of cells.
 pub fn verify(
     scene: &Scene,
     pair: &PairCertificate,
+    proof: &SweptProof,
     rows: &[SweptRow],
     lower: &[f64],
     upper: &[f64],
 ) -> Result<usize, CellError> {
-    let frames: Vec<Option<Frame>> = (0..pair.frames.len()).map(|k| build_frame(scene, pair, k)).collect();
+    let frames: Vec<Option<Frame>> =
+        proof.frames.iter().map(|choice| build_frame(scene, pair, choice)).collect();
     let mut open = vec![(lower.to_vec(), upper.to_vec())];
-    for (cell_idx, cell) in pair.cells.iter().enumerate() {
+    for (cell_idx, cell) in proof.cells.iter().enumerate() {
         let Some((lower, upper)) = open.pop() else {
-            return Err(CellError::TreeGoesOn { n_left: pair.cells.len() - cell_idx });
+            return Err(CellError::TreeGoesOn { n_left: proof.cells.len() - cell_idx });
         };
         match cell {
             Cell::Split { coordinate, at } => {
@@ -168,14 +170,13 @@ pub fn verify(
         }
     }
     if open.is_empty() {
-        Ok(pair.cells.len())
+        Ok(proof.cells.len())
     } else {
-        Err(CellError::TreeEnds { n_cells: pair.cells.len() })
+        Err(CellError::TreeEnds { n_cells: proof.cells.len() })
     }
 }
 
-fn build_frame(scene: &Scene, pair: &PairCertificate, frame_idx: usize) -> Option<Frame> {
-    let choice = pair.frames.get(frame_idx)?;
+fn build_frame(scene: &Scene, pair: &PairCertificate, choice: &FrameChoice) -> Option<Frame> {
     let side = |body: u32, n_dropped: u32| {
         Side::new(scene, choice.link as usize, body as usize)?.drop_rotations(
             scene,

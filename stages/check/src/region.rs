@@ -3,7 +3,7 @@
 use crate::cells::{self, CellError};
 use crate::interval::Interval;
 use crate::pairs;
-use ipc_types::artefact::{Region, RegionCertificate, RowOrigin};
+use ipc_types::artefact::{PairProof, Region, RegionCertificate, RowOrigin};
 use scene::{Role, Scene};
 
 /// Why a region is not proven free.
@@ -73,6 +73,16 @@ pub enum RegionError {
         /// Cause.
         source: CellError,
     },
+    /// A kind of proof that this verifier does not know yet.
+    #[error("region {region_id}: {name_a} – {name_b}: sum-of-squares certificates are not verified yet")]
+    SumOfSquares {
+        /// Region.
+        region_id: u64,
+        /// Body A.
+        name_a: String,
+        /// Body B.
+        name_b: String,
+    },
     /// The region's own data are malformed.
     #[error("region {region_id}: {problem}")]
     Malformed {
@@ -128,8 +138,15 @@ pub fn verify(
         if !(pair.clearance >= asked) {
             return Err(RegionError::Clearance { region_id, name_a, name_b, found: pair.clearance, asked });
         }
-        n_cells += cells::verify(scene, pair, &certificate.rows, &lower, &upper)
-            .map_err(|source| RegionError::Cells { region_id, name_a, name_b, source })?;
+        match &pair.proof {
+            PairProof::Swept(proof) => {
+                n_cells += cells::verify(scene, pair, proof, &certificate.rows, &lower, &upper)
+                    .map_err(|source| RegionError::Cells { region_id, name_a, name_b, source })?;
+            }
+            PairProof::SumOfSquares(_) => {
+                return Err(RegionError::SumOfSquares { region_id, name_a, name_b });
+            }
+        }
     }
     if let Some(extra) = found.next() {
         let name = |body: u32| {

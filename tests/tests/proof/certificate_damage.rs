@@ -1,14 +1,14 @@
 //! Kinds of damage to the certificates of a run.
 
 use crate::damage::{Damage, certificates, damage};
-use ipc_types::artefact::{Cell, CertificatesFile, PairCertificate, RowOrigin};
+use ipc_types::artefact::{Cell, CertificatesFile, PairCertificate, PairProof, RowOrigin, SweptProof};
 
 /// The first pair, over all regions, whose tree has a leaf that `wanted` picks, and the leaf.
 fn leaf(file: &mut CertificatesFile, wanted: fn(&Cell) -> bool) -> &mut Cell {
     file.regions
         .iter_mut()
         .flat_map(|region| &mut region.pairs)
-        .flat_map(|pair| &mut pair.cells)
+        .flat_map(|pair| &mut swept(pair).cells)
         .find(|cell| wanted(cell))
         .expect("a cell of that kind")
 }
@@ -25,12 +25,20 @@ fn is_empty(cell: &Cell) -> bool {
     matches!(cell, Cell::Empty { .. })
 }
 
+fn swept(pair: &mut PairCertificate) -> &mut SweptProof {
+    match &mut pair.proof {
+        PairProof::Swept(proof) => proof,
+        PairProof::SumOfSquares(_) => panic!("the run was certified by swept hulls"),
+    }
+}
+
 /// The first pair, over all regions, with a split.
-fn split_pair(file: &mut CertificatesFile) -> &mut PairCertificate {
+fn split_pair(file: &mut CertificatesFile) -> &mut SweptProof {
     file.regions
         .iter_mut()
         .flat_map(|region| &mut region.pairs)
-        .find(|pair| matches!(pair.cells.first(), Some(Cell::Split { .. })))
+        .map(swept)
+        .find(|proof| matches!(proof.cells.first(), Some(Cell::Split { .. })))
         .expect("a pair with a split")
 }
 
@@ -80,9 +88,8 @@ pub fn all() -> Vec<Damage> {
         damage(
             "a pair names other bodies",
             certificates(|f| {
-                let next = f.regions[0].pairs[1].clone();
-                f.regions[0].pairs[0].cells = next.cells;
-                f.regions[0].pairs[0].frames.clear();
+                let cells = swept(&mut f.regions[0].pairs[1]).cells.clone();
+                *swept(&mut f.regions[0].pairs[0]) = SweptProof { frames: Vec::new(), cells };
             }),
             "frame",
         ),
@@ -179,7 +186,7 @@ pub fn all() -> Vec<Damage> {
         damage(
             "joints are dropped that move the body",
             certificates(|f| {
-                f.regions.iter_mut().flat_map(|r| &mut r.pairs).flat_map(|p| &mut p.frames).for_each(
+                f.regions.iter_mut().flat_map(|r| &mut r.pairs).flat_map(|p| &mut swept(p).frames).for_each(
                     |frame| {
                         frame.n_dropped_a += 1;
                         frame.n_dropped_b += 1;

@@ -4,7 +4,7 @@ use super::random_scene::random_scene;
 use crate::{Candidate, CertifiedRegion, Certifier, CertifyOptions, CertifyOutcome, Purpose, recheck};
 use collision::CollisionChecker;
 use convex_sets::HPolyhedron;
-use ipc_types::artefact::{Cell, RegionCertificate, RowOrigin};
+use ipc_types::artefact::{Cell, PairCertificate, PairProof, RegionCertificate, RowOrigin};
 use nalgebra::DVector;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -39,6 +39,13 @@ fn certify(scene: &Scene, candidate: &Candidate, clearance: f64) -> Option<Certi
 }
 
 /// Samples of a polytope: uniform in its joint box, kept if inside; vertices towards random directions.
+fn cells(pair: &mut PairCertificate) -> &mut Vec<Cell> {
+    match &mut pair.proof {
+        PairProof::Swept(proof) => &mut proof.cells,
+        PairProof::SumOfSquares(_) => panic!("swept hulls were asked for"),
+    }
+}
+
 fn samples(polyhedron: &HPolyhedron, scene: &Scene, rng: &mut ChaCha8Rng) -> Vec<DVector<f64>> {
     let bounds = polyhedron.bounding_box().expect("a region is bounded");
     let mut found = Vec::new();
@@ -94,14 +101,14 @@ fn a_corrupted_certificate_is_refused() {
         assert!(check(&region.certificate).is_ok());
         // Normals turned round, leaves left out, clearance raised, rows moved, pairs left out.
         let mut twin = region.certificate.clone();
-        for cell in twin.pairs.iter_mut().flat_map(|pair| &mut pair.cells) {
+        for cell in twin.pairs.iter_mut().flat_map(cells) {
             if let Cell::Separated { normal, .. } = cell {
                 *normal = normal.map(|x| -x);
             }
         }
         assert!(check(&twin).is_err());
         let mut twin = region.certificate.clone();
-        twin.pairs[0].cells.pop();
+        cells(&mut twin.pairs[0]).pop();
         assert!(check(&twin).is_err());
         let mut twin = region.certificate.clone();
         twin.pairs[0].clearance = 10.0;
