@@ -13,4 +13,5 @@ pub mod pairs;
 pub mod path;
 pub mod region;
 pub mod run;
+pub mod sos;
 pub mod swept;

@@ -104,8 +104,14 @@ fn check(arguments: &Arguments) -> ExitCode {
                 println!("{}", serde_json::json!({ "accepted": true, "verdict": verdict }));
             } else {
                 eprintln!(
-                    "accepted: {} regions proven free by {} cells; {} control points inside them",
-                    verdict.n_regions, verdict.n_cells, verdict.n_control_points
+                    "accepted: {} regions proven free by {} cells{}; {} control points inside them",
+                    verdict.n_regions,
+                    verdict.n_cells,
+                    match verdict.n_sos_points {
+                        0 => String::new(),
+                        n => format!(" and sums of squares for {n} points"),
+                    },
+                    verdict.n_control_points
                 );
                 for claim in &verdict.not_verified {
                     eprintln!("not verified: {claim}");

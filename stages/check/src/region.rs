@@ -3,6 +3,7 @@
 use crate::cells::{self, CellError};
 use crate::interval::Interval;
 use crate::pairs;
+use crate::sos::{self, SosError};
 use ipc_types::artefact::{PairProof, Region, RegionCertificate, RowOrigin};
 use scene::{Role, Scene};
 
@@ -73,8 +74,8 @@ pub enum RegionError {
         /// Cause.
         source: CellError,
     },
-    /// A kind of proof that this verifier does not know yet.
-    #[error("region {region_id}: {name_a} – {name_b}: sum-of-squares certificates are not verified yet")]
+    /// The sums of squares of a pair prove nothing.
+    #[error("region {region_id}: {name_a} – {name_b}: {source}")]
     SumOfSquares {
         /// Region.
         region_id: u64,
@@ -82,6 +83,8 @@ pub enum RegionError {
         name_a: String,
         /// Body B.
         name_b: String,
+        /// Cause.
+        source: SosError,
     },
     /// The region's own data are malformed.
     #[error("region {region_id}: {problem}")]
@@ -102,13 +105,22 @@ pub fn asked_clearance(scene: &Scene, body_a: usize, body_b: usize, clearance: f
     }
 }
 
-/// Verifies one region against its certificate; returns the number of cells.
+/// How much a certificate took.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Counts {
+    /// Cells of swept hulls.
+    pub cells: usize,
+    /// Points proven by sums of squares.
+    pub sos_points: usize,
+}
+
+/// Verifies one region against its certificate.
 pub fn verify(
     scene: &Scene,
     region: &Region,
     certificate: &RegionCertificate,
     clearance: f64,
-) -> Result<usize, RegionError> {
+) -> Result<Counts, RegionError> {
     let region_id = region.id;
     let malformed = |problem| RegionError::Malformed { region_id, problem };
     let n = scene.dim();
@@ -125,7 +137,7 @@ pub fn verify(
     let names = |a: usize, b: usize| (scene.bodies[a].name.clone(), scene.bodies[b].name.clone());
     let required = pairs::required_pairs(scene);
     let mut found = certificate.pairs.iter();
-    let mut n_cells = 0;
+    let mut counts = Counts::default();
     for &(a, b) in &required {
         let (name_a, name_b) = names(a, b);
         let pair = found.next().filter(|pair| (pair.body_a as usize, pair.body_b as usize) == (a, b));
@@ -140,11 +152,12 @@ pub fn verify(
         }
         match &pair.proof {
             PairProof::Swept(proof) => {
-                n_cells += cells::verify(scene, pair, proof, &certificate.rows, &lower, &upper)
+                counts.cells += cells::verify(scene, pair, proof, &certificate.rows, &lower, &upper)
                     .map_err(|source| RegionError::Cells { region_id, name_a, name_b, source })?;
             }
-            PairProof::SumOfSquares(_) => {
-                return Err(RegionError::SumOfSquares { region_id, name_a, name_b });
+            PairProof::SumOfSquares(proof) => {
+                counts.sos_points += sos::verify(scene, pair, proof, &certificate.rows, &lower, &upper)
+                    .map_err(|source| RegionError::SumOfSquares { region_id, name_a, name_b, source })?;
             }
         }
     }
@@ -159,7 +172,7 @@ pub fn verify(
             problem: "not a pair of the scene",
         });
     }
-    Ok(n_cells)
+    Ok(counts)
 }
 
 /// Every row of the certificate holds on the region (with the joint limits).

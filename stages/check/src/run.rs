@@ -18,6 +18,8 @@ pub struct Verdict {
     pub n_regions: usize,
     /// Cells of all certificates.
     pub n_cells: usize,
+    /// Points of bodies proven apart by sums of squares.
+    pub n_sos_points: usize,
     /// Grasps of the plan; `None` if the run found that there is none.
     pub n_grasps: Option<usize>,
     /// Control points of the trajectory that were located.
@@ -126,6 +128,7 @@ pub fn verify(run: &Path) -> Result<Verdict, Rejection> {
     let mut verdict = Verdict {
         n_regions: 0,
         n_cells: 0,
+        n_sos_points: 0,
         n_grasps: None,
         n_control_points: 0,
         kept_residual: 0.0,
@@ -136,7 +139,9 @@ pub fn verify(run: &Path) -> Result<Verdict, Rejection> {
         let certificate = by_region.remove(&region.id).ok_or_else(|| {
             bad_regions(&format!("region {} is certified, but has no certificate", region.id))
         })?;
-        verdict.n_cells += region::verify(&scene, region, certificate, clearance)?;
+        let counts = region::verify(&scene, region, certificate, clearance)?;
+        verdict.n_cells += counts.cells;
+        verdict.n_sos_points += counts.sos_points;
         verdict.n_regions += 1;
         proven.insert(region.id, true);
     }

@@ -38,7 +38,7 @@ impl Extent {
 
 /// Rotation about `axis` with sine `s`, cosine `c`, and directions across the axis stretched by `stretch`:
 /// a aᵀ + stretch (c (I − a aᵀ) + s [a]×).
-fn rotation(axis: &Vec3, s: Interval, c: Interval, stretch: Interval) -> Mat3 {
+pub(crate) fn rotation(axis: &Vec3, s: Interval, c: Interval, stretch: Interval) -> Mat3 {
     let (sc, ss) = (stretch * c, stretch * s);
     let mut M = [[Interval::ZERO; 3]; 3];
     let skew = [
