@@ -238,7 +238,7 @@ impl Claim<'_> {
     fn factor(&self, factor: usize) -> Option<Polynomial> {
         let k = self.proof.joints.len();
         if factor < 2 * k {
-            let slope = if factor % 2 == 0 { -1.0 } else { 1.0 };
+            let slope = if factor.is_multiple_of(2) { -1.0 } else { 1.0 };
             let mut linear = vec![Interval::ZERO; k];
             linear[factor / 2] = Interval::point(slope);
             return Some(Polynomial::affine(Interval::ONE, linear));
