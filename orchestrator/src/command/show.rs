@@ -4,8 +4,8 @@ use crate::cli::ShowArgs;
 use crate::failure::{ExitCode, Failure};
 use crate::quantity::{bytes, count, figure, share};
 use ipc_types::artefact::{
-    Cell, CertificatesFile, CutsFile, Estimate, LeafCut, PathCertificateFile, PlanFile, PlanStatus, Region,
-    RegionsFile, Segment, TrajectoryFile, TriedStatus,
+    Cell, CertificatesFile, CutsFile, Estimate, LeafCut, PairProof, PathCertificateFile, PlanFile,
+    PlanStatus, Region, RegionsFile, Segment, TrajectoryFile, TriedStatus,
 };
 use ipc_types::container::{Artefact, CertifiedPart, Kind, header};
 use ipc_types::hexadecimal;
@@ -127,13 +127,21 @@ fn region(region: &Region) -> String {
 fn certificates(file: &CertificatesFile) -> Vec<String> {
     let mut lines = vec![count(file.regions.len(), "certificate")];
     for certificate in &file.regions {
-        let cells = certificate.pairs.iter().flat_map(|pair| &pair.cells);
-        let leaves = cells.filter(|cell| !matches!(cell, Cell::Split { .. })).count();
+        let (mut n_leaves, mut n_sums) = (0, 0);
+        for pair in &certificate.pairs {
+            match &pair.proof {
+                PairProof::Swept(proof) => {
+                    n_leaves += proof.cells.iter().filter(|cell| !matches!(cell, Cell::Split { .. })).count();
+                }
+                PairProof::SumOfSquares(_) => n_sums += 1,
+            }
+        }
+        let sums = if n_sums > 0 { format!(", {n_sums} of them by sums of squares") } else { String::new() };
         lines.push(format!(
-            "  region {}: {} of bodies, {}",
+            "  region {}: {} of bodies{sums}, {}",
             certificate.region_id,
             count(certificate.pairs.len(), "pair"),
-            count(leaves, "proven cell")
+            count(n_leaves, "proven cell")
         ));
     }
     lines

@@ -1,7 +1,6 @@
 //! A conic programme as data: objective, rows, cones.
 
-/// A factor of the cone K. A positive semidefinite factor (`svec`, upper triangle by columns) fits in as a further
-/// variant: it has a size, a projection of multipliers onto its dual cone, and Clarabel's name for it.
+/// A factor of the cone K.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Cone {
     /// s = 0, this many rows. Its dual cone is the whole space.
@@ -10,6 +9,9 @@ pub enum Cone {
     Nonnegative(usize),
     /// s_0 ≥ ‖(s_1, …)‖₂, this many rows. Self-dual.
     SecondOrder(usize),
+    /// svec of a positive semidefinite matrix of this order: upper triangle by columns, off-diagonals times √2; order
+    /// · (order + 1) / 2 rows. Self-dual.
+    PositiveSemidefinite(usize),
 }
 
 impl Cone {
@@ -17,6 +19,7 @@ impl Cone {
     pub fn n_rows(self) -> usize {
         match self {
             Cone::Zero(n) | Cone::Nonnegative(n) | Cone::SecondOrder(n) => n,
+            Cone::PositiveSemidefinite(order) => order * (order + 1) / 2,
         }
     }
 }
@@ -120,6 +123,21 @@ impl ConicProgram {
         self.cones.push(Cone::SecondOrder(1 + parts.len()));
         for form in std::iter::once(head).chain(parts) {
             // s = b − A x is the form itself.
+            self.rows.push(form.terms.into_iter().map(|(j, a)| (j, -a)).collect());
+            self.b.push(form.constant);
+        }
+        first
+    }
+
+    /// Says that the symmetric matrix with the entries `svec` (variables or forms, upper triangle by columns, off-
+    /// diagonals times √2) is positive semidefinite; returns the first row. Its order follows from their number, which
+    /// must be a triangular one: entries beyond the last full column are left out.
+    pub fn add_positive_semidefinite(&mut self, svec: Vec<Affine>) -> usize {
+        let first = self.rows.len();
+        let order = (0..).take_while(|order| (order + 1) * (order + 2) / 2 <= svec.len()).count();
+        let cone = Cone::PositiveSemidefinite(order);
+        self.cones.push(cone);
+        for form in svec.into_iter().take(cone.n_rows()) {
             self.rows.push(form.terms.into_iter().map(|(j, a)| (j, -a)).collect());
             self.b.push(form.constant);
         }

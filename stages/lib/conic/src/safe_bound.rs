@@ -9,8 +9,8 @@
 //! ```
 //!
 //! The second line is the tangent of each square at r_k, which holds for any number r_k, so that r_k needs no care.
-//! A b that is known only within a tolerance costs |y| times that. Everything else is summed with a bound on its rounding error, taken off at the end. With f = 0 a positive value
-//! says that no x in the box is feasible (Farkas).
+//! A b that is known only within a tolerance costs |y| times that. Everything else is summed with a bound on its
+//! rounding error, taken off at the end. With f = 0 a positive value says that no x in the box is feasible (Farkas).
 
 use crate::program::{Cone, ConicProgram};
 use crate::rounding::{RoundedSum, norm_above};
@@ -63,7 +63,8 @@ pub fn safe_farkas(program: &ConicProgram, y: &[f64], lower: &[f64], upper: &[f6
 }
 
 /// A vector in K*, near `y`, exactly: negative multipliers of inequalities become 0, the head of a second-order cone
-/// is raised to the norm of its tail rounded up, entries that are missing or not finite become 0 with their cone.
+/// is raised to the norm of its tail rounded up, the diagonal of a matrix until it is dominant (safe, but not tight),
+/// entries that are missing or not finite become 0 with their cone.
 pub fn project_dual(program: &ConicProgram, y: &[f64]) -> Vec<f64> {
     let mut projected: Vec<f64> = (0..program.n_rows()).map(|row| number(y, row, 0.0)).collect();
     let mut first = 0;
@@ -84,9 +85,27 @@ pub fn project_dual(program: &ConicProgram, y: &[f64]) -> Vec<f64> {
                     block.fill(0.0);
                 }
             }
+            Cone::PositiveSemidefinite(order) => make_dominant(block, *order),
         }
     }
     projected
+}
+
+/// Raises the diagonal of the matrix with this svec until it is diagonally dominant, which makes it positive
+/// semidefinite exactly: enough to be safe, not to be tight.
+fn make_dominant(svec: &mut [f64], order: usize) {
+    let at = |i: usize, j: usize| i.min(j) + i.max(j) * (i.max(j) + 1) / 2;
+    for i in 0..order {
+        let mut others = RoundedSum::default();
+        for j in (0..order).filter(|&j| j != i) {
+            // The double 1/√2 is above the number.
+            others.add_product(svec[at(i, j)].abs(), std::f64::consts::FRAC_1_SQRT_2);
+        }
+        svec[at(i, i)] = svec[at(i, i)].max(others.upper().max(0.0));
+    }
+    if svec.iter().any(|y| !y.is_finite()) {
+        svec.fill(0.0);
+    }
 }
 
 /// Aᵀ y, summed with error bounds.

@@ -108,6 +108,7 @@ pub fn solve(program: &ConicProgram, settings: &Settings) -> Result<Solution, Co
             Cone::Zero(n_rows) => SupportedConeT::ZeroConeT(n_rows),
             Cone::Nonnegative(n_rows) => SupportedConeT::NonnegativeConeT(n_rows),
             Cone::SecondOrder(n_rows) => SupportedConeT::SecondOrderConeT(n_rows),
+            Cone::PositiveSemidefinite(order) => SupportedConeT::PSDTriangleConeT(order),
         })
         .collect();
     let mut solver = DefaultSolver::new(&P, &q, &A, program.b(), &cones, clarabel_settings(settings))
@@ -262,6 +263,40 @@ mod tests {
         let solution = solve(&program, &Settings::default()).unwrap();
         assert_eq!(solution.status, SolveStatus::Solved);
         assert!((solution.objective - 5.0).abs() < 1e-7);
+    }
+
+    /// Least λ with λ I − M ⪰ 0 is the greatest eigenvalue of M, for orders with and without an explicit formula.
+    #[test]
+    fn greatest_eigenvalue_by_a_semidefinite_cone() {
+        for order in [1, 2, 3, 4, 7] {
+            let M = nalgebra::DMatrix::from_fn(order, order, |i, j| {
+                ((3 * i.min(j) + 5 * i.max(j)) as f64 * 0.7).sin()
+            });
+            let mut program = ConicProgram::new(1);
+            program.add_linear_cost(0, 1.0);
+            let mut svec = Vec::new();
+            for j in 0..order {
+                for i in 0..j {
+                    svec.push(Affine::new(Vec::new(), -std::f64::consts::SQRT_2 * M[(i, j)]));
+                }
+                svec.push(Affine::new(vec![(0, 1.0)], -M[(j, j)]));
+            }
+            program.add_positive_semidefinite(svec);
+            let solution = solve(&program, &Settings::default()).unwrap();
+            assert_eq!(solution.status, SolveStatus::Solved);
+            assert!((solution.x[0] - M.symmetric_eigenvalues().max()).abs() < 1e-7, "order {order}");
+            let bound = crate::safe_lower_bound(&program, &solution.y, &solution.x, &[-9.0], &[9.0]);
+            assert!(bound <= solution.objective + 1e-7, "safe, if not tight");
+        }
+    }
+
+    /// A matrix with a negative diagonal entry cannot be made semidefinite: the infeasible twin.
+    #[test]
+    fn an_indefinite_matrix_is_infeasible() {
+        let mut program = ConicProgram::new(1);
+        let entry = |constant| Affine::new(Vec::new(), constant);
+        program.add_positive_semidefinite(vec![Affine::variable(0), entry(0.5), entry(-1.0)]);
+        assert_eq!(solve(&program, &Settings::default()).unwrap().status, SolveStatus::PrimalInfeasible);
     }
 
     #[test]
