@@ -8,7 +8,7 @@ use nalgebra::DVector;
 
 use crate::coverage::contains;
 use crate::domain::Domain;
-use crate::iris_zo::Seed;
+use crate::seed::Seed;
 
 /// Half-width of a bridge's first ellipsoid across its axis, in units of the domain.
 const LEAST_HALF_AXIS: f64 = 0.02;
@@ -81,7 +81,7 @@ pub(crate) fn bridge_seeds(
                 let ends = [u.clone(), v.clone(), witness.clone()];
                 if let Some(mut ellipsoid) = min_enclosing_ellipsoid(&ends, LEAST_HALF_AXIS) {
                     ellipsoid.center = witness.clone();
-                    seeds.push(Seed { ellipsoid, witness });
+                    seeds.push(Seed::new(ellipsoid, witness));
                 }
             }
         }

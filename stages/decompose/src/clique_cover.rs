@@ -5,7 +5,7 @@ use convex_sets::{Hyperellipsoid, min_enclosing_ellipsoid};
 use nalgebra::DVector;
 
 use crate::domain::Domain;
-use crate::iris_zo::Seed;
+use crate::seed::Seed;
 use crate::visibility::VisibilityGraph;
 
 /// Shortest half-axis of a clique's ellipsoid, in units of the domain.
@@ -59,7 +59,7 @@ pub(crate) fn seed_of_clique(
     } else {
         points.iter().min_by(|p, q| ellipsoid.distance(p).total_cmp(&ellipsoid.distance(q)))?.clone()
     };
-    Some(Seed { ellipsoid: Hyperellipsoid { A: ellipsoid.A, center: witness.clone() }, witness })
+    Some(Seed::new(Hyperellipsoid { A: ellipsoid.A, center: witness.clone() }, witness))
 }
 
 #[cfg(test)]

@@ -19,10 +19,11 @@ use crate::coordinates::Coordinates;
 use crate::coverage::{Estimate, covered, wilson_interval};
 use crate::domain::Domain;
 use crate::grow::{Growing, Grown, GrowthJob, select};
-use crate::iris_zo::{Growth, Seed};
+use crate::grower::Growth;
 use crate::leaf_chords::{ChordCoverage, Leaves};
 use crate::options::Options;
 use crate::problem::Problem;
+use crate::seed::Seed;
 use crate::streams::Streams;
 use crate::target::{Target, TargetKind};
 use crate::visibility::VisibilityGraph;
@@ -193,16 +194,7 @@ impl<'a, S: Sink> Cover<'a, S> {
             whole: domain(&problem.limits),
             targets,
             leaves: Leaves::new(problem, coordinates),
-            growing: Growing {
-                growth: Growth {
-                    epsilon: options.epsilon,
-                    delta: options.delta,
-                    margin: options.configuration_margin,
-                    max_iterations: options.max_iterations,
-                },
-                threads: options.threads,
-                is_stopped,
-            },
+            growing: Growing { growth: Growth::new(options), threads: options.threads, is_stopped },
             streams: Streams::new(seed),
             regions: Vec::new(),
             covering: Vec::new(),
@@ -414,7 +406,7 @@ impl<'a, S: Sink> Cover<'a, S> {
             let Some(seed) = seed_of_clique(domain, &members, &is_new) else { continue };
             if is_thin {
                 // Its twin in the whole box joins the thin region to the rest.
-                let witness = whole.u_from_q(&domain.q_from_u(&seed.witness));
+                let witness = whole.u_from_q(&domain.q_from_u(&seed.witness.point()));
                 jobs.push(GrowthJob { domain: &whole, seed: Seed::ball(witness), method: "iris-zo" });
                 jobs.push(GrowthJob { domain, seed, method: "iris-zo in the grasp space" });
             } else {

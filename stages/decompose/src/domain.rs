@@ -8,6 +8,7 @@ use nalgebra::{DMatrix, DVector};
 
 use crate::coordinates::Coordinates;
 use crate::free_space::FreeSpace;
+use crate::pairs::Pairs;
 
 /// A box of relevant coordinates with what is free in it.
 #[derive(Clone)]
@@ -73,6 +74,46 @@ impl<'a> Domain<'a> {
         self.free.edge_is_free(&self.q_from_u(u_0), &self.q_from_u(u_1))
     }
 
+    /// The pairs of bodies, if the oracle knows them.
+    pub(crate) fn pairs(&self) -> Option<&'a dyn Pairs> {
+        self.free.pairs()
+    }
+
+    /// The first pair that collides at `u`; `None` also if the oracle knows no pairs.
+    pub(crate) fn colliding_pair(&self, u: &DVector<f64>) -> Option<usize> {
+        self.pairs()?.first_colliding(&self.q_from_u(u))
+    }
+
+    /// Positions in u of the coordinates that a pair depends on.
+    pub(crate) fn pair_coordinates(&self, pairs: &dyn Pairs, pair_idx: usize) -> Vec<usize> {
+        let of_pair = pairs.coordinates(pair_idx);
+        (0..self.dim()).filter(|&i| of_pair.binary_search(&self.coordinates.relevant[i]).is_ok()).collect()
+    }
+
+    /// The gap of a pair at `u`, metres, and its gradient over u.
+    pub(crate) fn gap(&self, pairs: &dyn Pairs, pair_idx: usize, u: &DVector<f64>) -> (f64, DVector<f64>) {
+        let mut gradient_q = vec![0.0; self.coordinates.dim()];
+        let gap = pairs.gap(pair_idx, &self.q_from_u(u), &mut gradient_q);
+        (gap, self.coordinates.project(&gradient_q).component_mul(&self.half))
+    }
+
+    /// The row a·q of all coordinates as a row over u: a·q = (returned row)·u + (returned constant), with the
+    /// coordinates that nothing depends on in the middle of their range.
+    pub(crate) fn row_over_u(&self, a: &[f64]) -> (DVector<f64>, f64) {
+        let a_x = self.coordinates.project(a);
+        let at_mid = self.coordinates.lift(self.mid.as_slice()).iter().zip(a).map(|(q, a)| q * a).sum();
+        (a_x.component_mul(&self.half), at_mid)
+    }
+
+    /// A change of u as a change of q.
+    pub(crate) fn dq_from_du(&self, du: &DVector<f64>) -> Vec<f64> {
+        let mut dq = vec![0.0; self.coordinates.dim()];
+        for (i, &j) in self.coordinates.relevant.iter().enumerate() {
+            dq[j] = self.half[i] * du[i];
+        }
+        dq
+    }
+
     /// Metres that the bodies move at most when u changes by `du`, to first order.
     pub(crate) fn displacement(&self, du: &DVector<f64>) -> f64 {
         self.displacement.component_mul(du).norm()
@@ -85,18 +126,22 @@ impl<'a> Domain<'a> {
     }
 
     /// The region {q : u(q) ∈ P} as a prism. The first 2k faces of `P` are the unit box; of those the ones that the
-    /// joint limits do not imply become faces with the exact bounds of the domain.
+    /// joint limits do not imply become faces with the exact bounds of the domain, unless a later face is a tighter bound.
     pub(crate) fn region(&self, P: &HPolyhedron) -> HPolyhedron {
         let k = self.dim();
         let limits = self.coordinates.project_box(&self.coordinates.limits);
         let mut rows: Vec<(DVector<f64>, f64)> = Vec::new();
+        let is_tightened = |side: usize| {
+            (2 * k..P.n_faces())
+                .any(|face_idx| P.A.row(face_idx) == P.A.row(side) && P.b[face_idx] < P.b[side])
+        };
         for j in 0..k {
             let mut unit = DVector::zeros(k);
             unit[j] = 1.0;
-            if self.bounds.upper[j] < limits.upper[j] {
+            if self.bounds.upper[j] < limits.upper[j] && !is_tightened(j) {
                 rows.push((unit.clone(), self.bounds.upper[j]));
             }
-            if self.bounds.lower[j] > limits.lower[j] {
+            if self.bounds.lower[j] > limits.lower[j] && !is_tightened(k + j) {
                 rows.push((-unit, -self.bounds.lower[j]));
             }
         }

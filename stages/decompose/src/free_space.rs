@@ -2,6 +2,8 @@
 
 use collision::{CollisionChecker, EdgeOutcome};
 
+use crate::pairs::Pairs;
+
 /// An oracle for CS_free.
 pub trait FreeSpace: Sync {
     /// Whether `q` is free.
@@ -25,6 +27,11 @@ pub trait FreeSpace: Sync {
         }
         true
     }
+
+    /// The pairs of bodies behind it, if it knows them.
+    fn pairs(&self) -> Option<&dyn Pairs> {
+        None
+    }
 }
 
 impl FreeSpace for CollisionChecker {
@@ -34,6 +41,10 @@ impl FreeSpace for CollisionChecker {
 
     fn edge_is_free(&self, q_0: &[f64], q_1: &[f64]) -> bool {
         matches!(CollisionChecker::edge_is_free(self, q_0, q_1), EdgeOutcome::Free)
+    }
+
+    fn pairs(&self) -> Option<&dyn Pairs> {
+        Some(self)
     }
 }
 

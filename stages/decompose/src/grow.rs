@@ -11,7 +11,8 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use crate::coverage::contains;
 use crate::domain::Domain;
-use crate::iris_zo::{Draft, Growth, Seed, grow, refine};
+use crate::grower::{Draft, Growth, Method, grow, refine};
+use crate::seed::Seed;
 use crate::streams::Streams;
 
 /// A region of all coordinates.
@@ -20,8 +21,8 @@ pub(crate) struct Grown {
     pub(crate) polyhedron: HPolyhedron,
     /// Strictly inside.
     pub(crate) center: DVector<f64>,
-    /// How it was seeded.
-    pub(crate) method: &'static str,
+    /// How it was grown and seeded.
+    pub(crate) method: String,
 }
 
 /// A region to grow.
@@ -76,7 +77,9 @@ impl Growing<'_> {
             let center = polyhedron.interior_point().ok()?.center;
             let inside = (0..polyhedron.n_faces())
                 .all(|face_idx| polyhedron.A.row(face_idx).transpose().dot(&center) < polyhedron.b[face_idx]);
-            inside.then_some(Grown { polyhedron, center, method: job.method })
+            // Jobs name their seeds after the default method.
+            let method = job.method.replacen(Method::IrisZo.name(), self.growth.method.name(), 1);
+            inside.then_some(Grown { polyhedron, center, method })
         });
         refined.into_iter().flatten().collect()
     }

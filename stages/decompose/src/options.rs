@@ -2,12 +2,16 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::grower::Method;
 use crate::problem::ProblemError;
 
 /// How to decompose; all of it is part of what makes a run repeatable.
 #[derive(Debug, Clone, PartialEq, clap::Args, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Options {
+    /// How regions grow.
+    #[arg(long, value_enum, default_value_t = Method::IrisZo)]
+    pub method: Method,
     /// Share of CS_free and of CP_free to cover; the lower end of the 95 % interval must reach it.
     #[arg(long, default_value_t = 0.99)]
     pub coverage: f64,
@@ -27,16 +31,23 @@ pub struct Options {
     /// The same for the longest free chord.
     #[arg(long, default_value_t = 0.994)]
     pub certified_chord_coverage: f64,
-    /// IRIS-ZO: share of a region that may be in collision. Smaller: fewer cuts by certification, more samples.
+    /// IRIS-ZO and IRIS-NP2: share of a region that may be in collision. Smaller: fewer cuts by certification, more samples.
     #[arg(long, default_value_t = 5e-3)]
     pub epsilon: f64,
-    /// IRIS-ZO: probability with which a region may miss epsilon.
+    /// IRIS-ZO and IRIS-NP2: probability with which a region may miss epsilon.
     #[arg(long, default_value_t = 0.05)]
     pub delta: f64,
     /// Distance in metres of displacement that faces keep from the collisions that placed them. Larger: fewer
     /// faces and collisions, less volume; the grasp band is a millimetre.
     #[arg(long, default_value_t = 2e-6)]
     pub configuration_margin: f64,
+    /// Faces of a region beside those of its domain. Smaller: simpler regions, less volume: when they are spent, faces
+    /// move inwards instead.
+    #[arg(long, default_value_t = 150)]
+    pub max_faces: usize,
+    /// IRIS-NP: starts in a row without a collision after which a pair is done. Larger: fewer missed collisions.
+    #[arg(long, default_value_t = 5)]
+    pub max_failures: usize,
     /// Alternations of separation and inscribed ellipsoid for each region.
     #[arg(long, default_value_t = 4)]
     pub max_iterations: usize,
@@ -62,7 +73,12 @@ pub struct Options {
     /// repeat for more.
     #[arg(long, value_name = "Q0,Q1,…", allow_hyphen_values = true)]
     pub region_at: Vec<String>,
-    /// With --region-at: half-width of the box, radians or metres, that each region stays in; 0 is no box.
+    /// Grow one region that contains each of these segments, and nothing else. Both ends, each as in --region-at;
+    /// repeat for more.
+    #[arg(long, value_name = "Q0,Q1,…;Q0,Q1,…", allow_hyphen_values = true)]
+    pub region_along: Vec<String>,
+    /// With --region-at and --region-along: half-width of the box, radians or metres, that each region stays in; 0 is
+    /// no box.
     #[arg(long, default_value_t = 0.0)]
     pub domain_radius: f64,
 }
@@ -70,6 +86,7 @@ pub struct Options {
 impl Default for Options {
     fn default() -> Self {
         Self {
+            method: Method::IrisZo,
             coverage: 0.99,
             grasp_coverage: 0.99,
             chord_coverage: 0.998,
@@ -79,6 +96,8 @@ impl Default for Options {
             epsilon: 5e-3,
             delta: 0.05,
             configuration_margin: 2e-6,
+            max_faces: 150,
+            max_failures: 5,
             max_iterations: 4,
             coverage_samples: 4000,
             visibility_samples: 100,
@@ -87,6 +106,7 @@ impl Default for Options {
             max_feedback_rounds: 4,
             threads: 1,
             region_at: Vec::new(),
+            region_along: Vec::new(),
             domain_radius: 0.0,
         }
     }
@@ -124,6 +144,7 @@ impl Options {
             ("coverage-samples", self.coverage_samples),
             ("visibility-samples", self.visibility_samples),
             ("max-regions", self.max_regions),
+            ("max-faces", self.max_faces),
         ];
         for (name, value) in counts {
             if value == 0 {
@@ -156,6 +177,7 @@ mod tests {
             Options { delta: f64::NAN, ..Options::default() },
             Options { domain_radius: f64::INFINITY, ..Options::default() },
             Options { max_regions: 0, ..Options::default() },
+            Options { max_faces: 0, ..Options::default() },
         ] {
             assert!(wrong.check().is_err(), "{wrong:?}");
         }

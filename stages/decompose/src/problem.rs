@@ -65,6 +65,32 @@ pub enum ProblemError {
         /// The anchor.
         name: String,
     },
+    /// A segment that is none.
+    #[error(
+        "option region-along is {text:?}, expected two configurations of {expected} numbers each, separated by ;"
+    )]
+    Segment {
+        /// What was given.
+        text: String,
+        /// Number of coordinates.
+        expected: usize,
+    },
+    /// A segment that is not free.
+    #[error("the segment {name} is not free: {reason}")]
+    SegmentNotFree {
+        /// As it was given.
+        name: String,
+        /// Where, and which bodies.
+        reason: String,
+    },
+    /// A method that cannot grow regions here.
+    #[error("option method is {method}: {reason}")]
+    Method {
+        /// The method.
+        method: &'static str,
+        /// Why not, and what to choose.
+        reason: String,
+    },
     /// A configuration that is none.
     #[error("option region-at is {text:?}, expected {expected} numbers separated by commas")]
     Configuration {

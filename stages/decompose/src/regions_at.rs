@@ -1,4 +1,4 @@
-//! Single regions around given configurations, instead of a cover.
+//! Single regions around given configurations or along given segments, instead of a cover.
 
 use convex_sets::Hyperrectangle;
 use nalgebra::DVector;
@@ -9,10 +9,20 @@ use crate::coordinates::Coordinates;
 use crate::cover::Sink;
 use crate::domain::Domain;
 use crate::grow::{Growing, GrowthJob};
-use crate::iris_zo::{Growth, Seed};
+use crate::grower::Growth;
 use crate::options::Options;
-use crate::problem::{Problem, ProblemError};
+use crate::problem::{Anchor, Problem, ProblemError};
+use crate::seed::Seed;
 use crate::streams::Streams;
+
+/// A straight segment that a region must contain.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Segment {
+    /// What it is, for messages.
+    pub name: String,
+    /// Its ends [n each].
+    pub ends: [DVector<f64>; 2],
+}
 
 /// The configuration of `n` coordinates written as `q0,q1,…`.
 pub fn parse_configuration(text: &str, n: usize) -> Result<DVector<f64>, ProblemError> {
@@ -21,6 +31,22 @@ pub fn parse_configuration(text: &str, n: usize) -> Result<DVector<f64>, Problem
     match numbers {
         Some(numbers) if numbers.len() == n => Ok(DVector::from_vec(numbers)),
         _ => Err(ProblemError::Configuration { text: text.to_owned(), expected: n }),
+    }
+}
+
+impl Segment {
+    /// The segment written as `q0,q1,…;q0,q1,…`.
+    pub fn parse(text: &str, n: usize) -> Result<Self, ProblemError> {
+        let mut ends = text.split(';').map(|end| parse_configuration(end, n));
+        match (ends.next(), ends.next(), ends.next()) {
+            (Some(end_0), Some(end_1), None) => Ok(Self { name: text.to_owned(), ends: [end_0?, end_1?] }),
+            _ => Err(ProblemError::Segment { text: text.to_owned(), expected: n }),
+        }
+    }
+
+    /// Its ends as configurations that must be free.
+    pub fn anchors(&self) -> [Anchor; 2] {
+        self.ends.clone().map(|q| Anchor { name: self.name.clone(), q })
     }
 }
 
@@ -34,54 +60,58 @@ pub fn regions_at<S: Sink>(
     sink: &mut S,
     is_stopped: &(dyn Fn() -> bool + Sync),
 ) -> Result<Vec<Region>, S::Error> {
+    let around = problem.anchors.iter().map(|anchor| vec![&anchor.q]).collect();
+    single_regions(problem, options, seed, sink, is_stopped, around)
+}
+
+/// One region along each of `segments`, which are free; otherwise as [`regions_at`].
+pub fn regions_along<S: Sink>(
+    problem: &Problem<'_>,
+    segments: &[Segment],
+    options: &Options,
+    seed: u64,
+    sink: &mut S,
+    is_stopped: &(dyn Fn() -> bool + Sync),
+) -> Result<Vec<Region>, S::Error> {
+    let around = segments.iter().map(|segment| segment.ends.iter().collect()).collect();
+    single_regions(problem, options, seed, sink, is_stopped, around)
+}
+
+/// One region for each entry of `inside`: one point, or both ends of a segment.
+fn single_regions<S: Sink>(
+    problem: &Problem<'_>,
+    options: &Options,
+    seed: u64,
+    sink: &mut S,
+    is_stopped: &(dyn Fn() -> bool + Sync),
+    inside: Vec<Vec<&DVector<f64>>>,
+) -> Result<Vec<Region>, S::Error> {
     let coordinates = Coordinates::new(problem.limits.clone(), &problem.relevant);
-    let growing = Growing {
-        growth: Growth {
-            epsilon: options.epsilon,
-            delta: options.delta,
-            margin: options.configuration_margin,
-            max_iterations: options.max_iterations,
-        },
-        threads: options.threads,
-        is_stopped,
-    };
-    let domains: Vec<Domain<'_>> = problem
-        .anchors
-        .iter()
-        .map(|anchor| {
-            let Hyperrectangle { mut lower, mut upper } = problem.limits.clone();
-            if options.domain_radius > 0.0 {
-                lower = anchor.q.add_scalar(-options.domain_radius).sup(&lower);
-                upper = anchor.q.add_scalar(options.domain_radius).inf(&upper);
-            }
-            let bounds = coordinates.project_box(&Hyperrectangle { lower, upper });
-            Domain::new(&coordinates, problem.free, &problem.displacement, &bounds)
-        })
-        .collect();
-    let jobs: Vec<GrowthJob<'_, '_>> = problem
-        .anchors
-        .iter()
-        .zip(&domains)
-        .map(|(anchor, domain)| GrowthJob {
-            domain,
-            seed: Seed::ball(domain.u_from_q(anchor.q.as_slice())),
-            method: "iris-zo at a given configuration",
-        })
-        .collect();
+    let growing = Growing { growth: Growth::new(options), threads: options.threads, is_stopped };
     let mut streams = Streams::new(seed);
     let mut regions = Vec::new();
-    for (job_idx, job) in jobs.iter().enumerate() {
-        let alone = std::slice::from_ref(job);
-        let drafts = growing.drafts(alone, &mut streams);
-        for grown in growing.refined(alone, &drafts, &[0], &mut streams) {
+    for (idx, points) in inside.into_iter().enumerate() {
+        let bounds = coordinates.project_box(&box_around(problem, &points, options.domain_radius));
+        let domain = Domain::new(&coordinates, problem.free, &problem.displacement, &bounds);
+        let point = |q: &DVector<f64>| domain.u_from_q(q.as_slice());
+        let (seed, method) = match points.as_slice() {
+            [end_0, end_1] => (Seed::segment(point(end_0), point(end_1)), "iris-zo along a given segment"),
+            [q] => (Seed::ball(point(q)), "iris-zo at a given configuration"),
+            _ => continue,
+        };
+        let job = [GrowthJob { domain: &domain, seed, method }];
+        let drafts = growing.drafts(&job, &mut streams);
+        for grown in growing.refined(&job, &drafts, &[0], &mut streams) {
             let mut polyhedron = grown.polyhedron;
-            contain_exactly(&mut polyhedron, problem.anchors[job_idx].q.as_slice());
+            for q in &points {
+                contain_exactly(&mut polyhedron, q.as_slice());
+            }
             let region = Region {
-                id: job_idx as u64,
+                id: idx as u64,
                 parent: None,
                 polyhedron,
                 center: grown.center,
-                method: grown.method.to_owned(),
+                method: grown.method,
                 certified: false,
                 margin: options.configuration_margin,
             };
@@ -90,6 +120,18 @@ pub fn regions_at<S: Sink>(
         }
     }
     Ok(regions)
+}
+
+/// The part of the joint box within `radius` of the box around `points`; all of it if `radius` is 0.
+fn box_around(problem: &Problem<'_>, points: &[&DVector<f64>], radius: f64) -> Hyperrectangle {
+    let Hyperrectangle { mut lower, mut upper } = problem.limits.clone();
+    if radius > 0.0 {
+        let least = points.iter().skip(1).fold(points[0].clone(), |least, q| least.inf(q));
+        let most = points.iter().skip(1).fold(points[0].clone(), |most, q| most.sup(q));
+        lower = least.add_scalar(-radius).sup(&lower);
+        upper = most.add_scalar(radius).inf(&upper);
+    }
+    Hyperrectangle { lower, upper }
 }
 
 #[cfg(test)]
@@ -101,6 +143,15 @@ mod tests {
         assert_eq!(parse_configuration("1,-2.5, 3", 3), Ok(DVector::from_vec(vec![1.0, -2.5, 3.0])));
         for wrong in ["1,2", "1,2,x", "1,2,inf", ""] {
             assert!(parse_configuration(wrong, 3).is_err(), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn segments_as_text() {
+        let segment = Segment::parse("1,2;-3, 4", 2).unwrap();
+        assert_eq!(segment.ends, [DVector::from_vec(vec![1.0, 2.0]), DVector::from_vec(vec![-3.0, 4.0])]);
+        for wrong in ["1,2", "1,2;3", "1,2;3,4;5,6", "", ";"] {
+            assert!(Segment::parse(wrong, 2).is_err(), "{wrong}");
         }
     }
 }

@@ -1,9 +1,9 @@
 //! The stage: scene and task in, candidate regions out.
 
-use collision::CollisionChecker;
+use collision::{CollisionChecker, EdgeOutcome};
 use decompose::{
-    Anchor, Decomposition, Ending, Estimate, Options, Problem, ProblemError, Sink, decompose,
-    parse_configuration, problem_of_scene, regions_at,
+    Anchor, Decomposition, Ending, Estimate, Options, Problem, ProblemError, Segment, Sink, decompose,
+    parse_configuration, problem_of_scene, regions_along, regions_at,
 };
 use ipc_types::artefact::{self, Coverage};
 use scene::Scene;
@@ -28,17 +28,12 @@ impl Stage for DecomposeStage {
             None => CollisionChecker::new(&job.scene),
         };
         options.check().map_err(StageError::bad_input)?;
-        let mut problem = problem_of_scene(&job.scene, task, &checker);
+        let problem = problem_of_scene(&job.scene, task, &checker);
+        let named = |j: usize| job.scene.coordinates[j].name.clone();
+        options.method.check(&problem, &named).map_err(StageError::bad_input)?;
         let stop = host.stop_flag();
-        if !options.region_at.is_empty() {
-            problem.anchors = given_anchors(options, job.scene.dim()).map_err(StageError::bad_input)?;
-            let bad = |error| bad_anchor(&job.scene, &checker, &problem, &error, "--region-at");
-            problem.check().map_err(bad)?;
-            let mut sink = HostSink { host, dim: job.scene.dim() };
-            let regions = regions_at(&problem, options, job.seed, &mut sink, &|| stop.is_set())?;
-            host.check_stop()?;
-            let (n, n_given) = (regions.len(), problem.anchors.len());
-            return Ok(Outcome::Done(format!("{n} regions around {n_given} configurations")));
+        if !options.region_at.is_empty() || !options.region_along.is_empty() {
+            return single_regions(job, options, &checker, problem, host);
         }
         let field = task.map_or_else(String::new, |task| format!("task.{}", task.name));
         problem.check().map_err(|error| bad_anchor(&job.scene, &checker, &problem, &error, &field))?;
@@ -76,10 +71,62 @@ fn outcome(found: &Decomposition) -> Result<Outcome, StageError> {
     }
 }
 
-/// The configurations of `--region-at`.
-fn given_anchors(options: &Options, n: usize) -> Result<Vec<Anchor>, ProblemError> {
+/// The regions of `--region-at` or `--region-along`.
+fn single_regions(
+    job: &Job,
+    options: &Options,
+    checker: &CollisionChecker,
+    mut problem: Problem<'_>,
+    host: &mut Host,
+) -> Result<Outcome, StageError> {
+    let (n, stop) = (job.scene.dim(), host.stop_flag());
+    let is_stopped = || stop.is_set();
     let anchor = |text: &String| Ok(Anchor { name: text.clone(), q: parse_configuration(text, n)? });
-    options.region_at.iter().map(anchor).collect()
+    let anchors: Result<Vec<Anchor>, ProblemError> = options.region_at.iter().map(anchor).collect();
+    let segments: Result<Vec<Segment>, ProblemError> =
+        options.region_along.iter().map(|text| Segment::parse(text, n)).collect();
+    problem.anchors = anchors.map_err(StageError::bad_input)?;
+    let segments = segments.map_err(StageError::bad_input)?;
+    if !problem.anchors.is_empty() && !segments.is_empty() {
+        return Err(StageError::bad_input("options region-at and region-along: give one of them"));
+    }
+    let mut ends =
+        Problem { anchors: segments.iter().flat_map(Segment::anchors).collect(), ..problem.clone() };
+    let (field, given) = match segments.is_empty() {
+        true => ("--region-at", &mut problem),
+        false => ("--region-along", &mut ends),
+    };
+    given.check().map_err(|error| bad_anchor(&job.scene, checker, given, &error, field))?;
+    for segment in &segments {
+        segment_is_free(&job.scene, checker, segment).map_err(StageError::bad_input)?;
+    }
+    let mut sink = HostSink { host, dim: n };
+    let (regions, n_given) = match segments.is_empty() {
+        true => {
+            let regions = regions_at(&problem, options, job.seed, &mut sink, &is_stopped)?;
+            (regions, format!("{} configurations", problem.anchors.len()))
+        }
+        false => {
+            let regions = regions_along(&problem, &segments, options, job.seed, &mut sink, &is_stopped)?;
+            (regions, format!("{} segments", segments.len()))
+        }
+    };
+    host.check_stop()?;
+    Ok(Outcome::Done(format!("{} regions around {n_given}", regions.len())))
+}
+
+/// Whether a segment is free all along; otherwise where it is not.
+fn segment_is_free(scene: &Scene, checker: &CollisionChecker, segment: &Segment) -> Result<(), ProblemError> {
+    let [end_0, end_1] = &segment.ends;
+    let reason = match checker.edge_is_free(end_0.as_slice(), end_1.as_slice()) {
+        EdgeOutcome::Free => return Ok(()),
+        EdgeOutcome::Colliding { t, pair } => format!(
+            "{} and {} are in collision at {t} of its length; go around",
+            scene.bodies[pair.body_a].name, scene.bodies[pair.body_b].name
+        ),
+        EdgeOutcome::Undecided => "it touches an obstacle, or nearly so; keep away from it".to_owned(),
+    };
+    Err(ProblemError::SegmentNotFree { name: segment.name.clone(), reason })
 }
 
 /// A configuration that is not free: which, the pair of bodies, and what to do.

@@ -5,7 +5,7 @@ use super::{Cover, Sink};
 use crate::bridges::{bridge_seeds, components};
 use crate::coverage::covered;
 use crate::grow::{Grown, GrowthJob};
-use crate::iris_zo::Seed;
+use crate::seed::Seed;
 use crate::target::TargetKind;
 
 /// Rounds that look for bridges, and rounds that lengthen the chord.

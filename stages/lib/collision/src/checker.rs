@@ -4,7 +4,7 @@ use crate::motion_tree::MotionTree;
 use crate::placement::Placement;
 use crate::separation::{self, Placed, Separation, TOL_CONTACT};
 use kinematics::{Chain, PairChain, Reach, Support};
-use scene::{CollisionPair, RigidTransform, Scene, Shape, Task};
+use scene::{CollisionPair, CoordinateKind, RigidTransform, Scene, Shape, Task};
 use std::cell::RefCell;
 
 /// Collision checker of one scene; free of locks, so one serves all threads.
@@ -29,6 +29,21 @@ struct CheckedBody {
     needed: bool,
 }
 
+impl CheckedBody {
+    #[inline]
+    fn placement(&self, groups: &[Placement]) -> Placement {
+        if self.group == 0 {
+            self.X_GS
+        } else if let Shape::Sphere { .. } = self.shape {
+            // Nobody asks how a sphere is turned.
+            let X_WG = &groups[self.group];
+            Placement { R: X_WG.R, p: X_WG.transform(&self.X_GS.p) }
+        } else {
+            groups[self.group].compose(&self.X_GS)
+        }
+    }
+}
+
 /// A pair with what edges need of it.
 #[derive(Debug, Clone)]
 pub(crate) struct CheckedPair {
@@ -42,6 +57,8 @@ pub(crate) struct CheckedPair {
     pub coordinates: Vec<usize>,
     /// What dropped rotations add to the radii.
     pub inflation: f64,
+    /// Coordinate of the first revolute joint between the bodies; `None` if they only translate.
+    pub revolute: Option<usize>,
 }
 
 /// Where everything is at one configuration, with coordinates that no pair depends on held at 0.
@@ -113,6 +130,11 @@ impl CollisionChecker {
                         .collect(),
                     coordinates: chain.coordinates(),
                     inflation: chain.inflation,
+                    revolute: chain
+                        .joints
+                        .iter()
+                        .find(|joint| joint.kind == CoordinateKind::Revolute)
+                        .map(|joint| joint.coordinate_idx),
                 }
             })
             .collect();
@@ -169,7 +191,7 @@ impl CollisionChecker {
 
     /// Whether pair `pair_idx` keeps more than its clearance at `q`.
     pub fn pair_is_free(&self, pair_idx: usize, q: &[f64]) -> bool {
-        self.with_placements(q, |at| self.is_apart(pair_idx, at))
+        self.with_pair_placed(pair_idx, q, |at| self.is_apart(pair_idx, at))
     }
 
     /// Signed distance of pair `pair_idx` at `q`, metres, not reduced by the clearance: the distance if the bodies are
@@ -180,7 +202,7 @@ impl CollisionChecker {
 
     /// As [`CollisionChecker::pair_distance`], with the direction.
     pub fn pair_separation(&self, pair_idx: usize, q: &[f64]) -> Separation {
-        self.with_placements(q, |at| {
+        self.with_pair_placed(pair_idx, q, |at| {
             let (a, b) = self.placed(pair_idx, at);
             separation::distance_separation(a, b)
         })
@@ -247,18 +269,35 @@ impl CollisionChecker {
         self.tree.group_placements(q, &mut at.groups);
         at.bodies.clear();
         for body in &self.bodies {
-            at.bodies.push(if !body.needed {
-                Placement::identity()
-            } else if body.group == 0 {
-                body.X_GS
-            } else if let Shape::Sphere { .. } = body.shape {
-                // Nobody asks how a sphere is turned.
-                let X_WG = &at.groups[body.group];
-                Placement { R: X_WG.R, p: X_WG.transform(&body.X_GS.p) }
-            } else {
-                at.groups[body.group].compose(&body.X_GS)
-            });
+            at.bodies.push(if body.needed { body.placement(&at.groups) } else { Placement::identity() });
         }
+    }
+
+    /// The groups that the bodies of pair `pair_idx` belong to.
+    pub(crate) fn groups_of_pair(&self, pair_idx: usize) -> (usize, usize) {
+        let CollisionPair { body_a, body_b } = self.pairs[pair_idx].pair;
+        (self.bodies[body_a].group, self.bodies[body_b].group)
+    }
+
+    /// As [`CollisionChecker::with_placements`], but of the bodies only those of one pair are where they are at `q`.
+    pub(crate) fn with_pair_placed<T>(
+        &self,
+        pair_idx: usize,
+        q: &[f64],
+        use_them: impl FnOnce(&Placements) -> T,
+    ) -> T {
+        SCRATCH.with(|scratch| {
+            let mut at = std::mem::take(&mut *scratch.borrow_mut());
+            self.tree.group_placements(q, &mut at.groups);
+            at.bodies.resize(self.bodies.len(), Placement::identity());
+            let CollisionPair { body_a, body_b } = self.pairs[pair_idx].pair;
+            for body_idx in [body_a, body_b] {
+                at.bodies[body_idx] = self.bodies[body_idx].placement(&at.groups);
+            }
+            let result = use_them(&at);
+            *scratch.borrow_mut() = at;
+            result
+        })
     }
 
     fn with_placements<T>(&self, q: &[f64], use_them: impl FnOnce(&Placements) -> T) -> T {

@@ -9,14 +9,18 @@ mod checker;
 mod cylinder;
 mod edge;
 mod general;
+mod gradient;
 mod motion_tree;
 mod path;
 mod placement;
 mod round;
 mod separation;
+mod translation;
+mod witness;
 
 pub use checker::{CollisionChecker, Placements};
 pub use edge::{EdgeOptions, EdgeOutcome};
 pub use path::PathCollision;
 pub use placement::Placement;
 pub use separation::{Placed, Separation, TOL_CONTACT, distance_separation, gap_along, separation};
+pub use translation::TranslatingPair;

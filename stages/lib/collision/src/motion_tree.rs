@@ -107,4 +107,40 @@ impl MotionTree {
             });
         }
     }
+
+    /// For each joint between the groups of two points, its coordinate and how fast n·(x_a - x_b) grows with it, for
+    /// x_a rigid on group `a` and x_b on group `b`, n fixed in the world. A coordinate may come more than once.
+    pub fn slopes(
+        &self,
+        groups: &[Placement],
+        (mut a, x_a): (usize, &Vector3<f64>),
+        (mut b, x_b): (usize, &Vector3<f64>),
+        n: &Vector3<f64>,
+    ) -> Vec<(usize, f64)> {
+        let slope = |group: usize, x: &Vector3<f64>| {
+            let Placement { R, p } = &groups[group];
+            match &self.groups[group - 1].motion {
+                // The joint's axis is fixed by its own motion: the group's frame serves as well as F.
+                GroupMotion::Revolute { K, .. } => {
+                    let axis = Vector3::new(K[(2, 1)], K[(0, 2)], K[(1, 0)]);
+                    n.dot(&(R * axis).cross(&(x - p)))
+                }
+                GroupMotion::Prismatic { axis } => n.dot(&(R * axis)),
+            }
+        };
+        let mut slopes = Vec::new();
+        // A parent stands before its children, so the greater of two different groups is no ancestor of the other.
+        while a != b {
+            let group = a.max(b);
+            let Group { parent, coordinate_idx, .. } = self.groups[group - 1];
+            if a > b {
+                slopes.push((coordinate_idx, slope(group, x_a)));
+                a = parent;
+            } else {
+                slopes.push((coordinate_idx, -slope(group, x_b)));
+                b = parent;
+            }
+        }
+        slopes
+    }
 }

@@ -47,12 +47,14 @@ impl CollisionChecker {
     /// Bound of how far, in metres, the bodies of any pair move against each other when q changes by `d` on a straight
     /// line inside the joint limits.
     pub fn displacement_bound(&self, d: &[f64]) -> f64 {
-        let of_pair = |pair: &crate::checker::CheckedPair| {
-            let of_frame = |reach: &(usize, kinematics::Reach, kinematics::Reach)| {
-                reach.1.speed_bound(d) + reach.2.speed_bound(d)
-            };
-            pair.frames.iter().map(of_frame).fold(f64::INFINITY, f64::min)
+        (0..self.pairs.len()).map(|pair_idx| self.pair_displacement_bound(pair_idx, d)).fold(0.0, f64::max)
+    }
+
+    /// As [`CollisionChecker::displacement_bound`], for one pair: its gap changes by no more.
+    pub fn pair_displacement_bound(&self, pair_idx: usize, d: &[f64]) -> f64 {
+        let of_frame = |reach: &(usize, kinematics::Reach, kinematics::Reach)| {
+            reach.1.speed_bound(d) + reach.2.speed_bound(d)
         };
-        self.pairs.iter().map(of_pair).fold(0.0, f64::max)
+        self.pairs[pair_idx].frames.iter().map(of_frame).fold(f64::INFINITY, f64::min)
     }
 }
