@@ -8,29 +8,31 @@
 use nalgebra::DVector;
 
 use crate::pair_metric::PairMetric;
-use crate::placing::{Boundary, Placing};
+use crate::placing::Placing;
 
 /// First step of the search, radians in the metric; then it is halved down to the last.
-const FIRST_STEP: f64 = 0.4;
+pub(crate) const FIRST_STEP: f64 = 0.4;
 const LAST_STEP: f64 = 4e-4;
 /// Steps of the search at most.
 const MAX_SEARCH_STEPS: usize = 60;
 /// Halvings of a bisection during the search: the last bisection is to the margin.
 const SEARCH_HALVINGS: usize = 14;
 
-/// Slides along the boundary of the obstacle to where it is nearest to y.
+/// Slides along the boundary of the obstacle, from `start` on it, to where it is nearest to the free point `y`.
 pub(crate) fn compass_search(
     placing: &Placing<'_, '_>,
     metric: &PairMetric,
-    from: &Boundary,
+    start: &DVector<f64>,
+    y: &DVector<f64>,
+    first_step: f64,
 ) -> DVector<f64> {
     if !metric.is_regular() {
-        return from.boundary.clone();
+        return start.clone();
     }
     let domain = placing.domain();
     // In w distances are Euclidean and y is the origin.
-    let mut w = metric.w_from_u(&from.boundary, &from.y);
-    let mut step = FIRST_STEP;
+    let mut w = metric.w_from_u(start, y);
+    let mut step = first_step;
     let mut moved = false;
     for _ in 0..MAX_SEARCH_STEPS {
         if step < LAST_STEP {
@@ -40,24 +42,20 @@ pub(crate) fn compass_search(
         let nearer = tangents(&w).into_iter().find_map(|tangent| {
             let turned = &w + step * radius * tangent;
             let turned = &turned * (radius * (1.0 - 0.05 * step * step) / turned.norm());
-            let u = metric.u_from_w(&turned, &from.y);
+            let u = metric.u_from_w(&turned, y);
             // The obstacle may reach beyond the domain; faces may not be placed there.
             (metric.is_inside(&u) && metric.blocks(domain, &u)).then_some(u)
         });
         match nearer {
             Some(u) => {
-                let boundary = placing.bisect(metric, &u, &from.y, SEARCH_HALVINGS);
-                w = metric.w_from_u(&boundary, &from.y);
+                let boundary = placing.bisect(metric, &u, y, SEARCH_HALVINGS);
+                w = metric.w_from_u(&boundary, y);
                 moved = true;
             }
             None => step *= 0.5,
         }
     }
-    if moved {
-        placing.bisect(metric, &metric.u_from_w(&w, &from.y), &from.y, 60)
-    } else {
-        from.boundary.clone()
-    }
+    if moved { placing.bisect(metric, &metric.u_from_w(&w, y), y, 60) } else { start.clone() }
 }
 
 /// Unit vectors orthogonal to `w`, each with its opposite: a basis of the tangent space.

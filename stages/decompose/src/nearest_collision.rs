@@ -14,6 +14,9 @@
 use convex_sets::least_norm_point;
 use nalgebra::{Cholesky, DMatrix, DVector};
 
+/// Value and gradient of g; `None` where it has none.
+pub(crate) type Gap<'a> = dyn FnMut(&DVector<f64>) -> Option<(f64, DVector<f64>)> + 'a;
+
 /// How far inside the search aims, metres.
 const DEPTH: f64 = 1e-6;
 const MAX_STEPS: usize = 40;
@@ -24,10 +27,10 @@ const MAX_HALVINGS: usize = 12;
 /// Shares of g that the linearisation is asked to close, if the constraints do not allow more.
 const SHARES: [f64; 3] = [1.0, 0.5, 0.2];
 
-/// The nearest iterate with g ≤ 0 from `w`, if there is any: near a local minimum. `g` gives value and gradient, `None`
-/// where it has none; rows of `G` [m × n] and `h` [m].
+/// The nearest iterate with g ≤ 0 from `w`, if there is any: near a local minimum. Rows of `G`
+/// [m × n] and `h` [m].
 pub(crate) fn nearest_closing(
-    g: &mut dyn FnMut(&DVector<f64>) -> Option<(f64, DVector<f64>)>,
+    g: &mut Gap<'_>,
     G: &DMatrix<f64>,
     h: &DVector<f64>,
     mut w: DVector<f64>,

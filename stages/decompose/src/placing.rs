@@ -16,7 +16,7 @@ use std::rc::Rc;
 
 use crate::domain::Domain;
 use crate::iris_np2::gradient_search;
-use crate::iris_zo::compass_search;
+use crate::iris_zo::{FIRST_STEP, compass_search};
 use crate::pair_metric::PairMetric;
 use crate::seed::Witness;
 
@@ -105,7 +105,7 @@ impl<'a, 'd> Placing<'a, 'd> {
     /// The face where the obstacle comes nearest; `None` if rounding leaves no room before the witness.
     pub(crate) fn nearest_face(&self, from: &Boundary) -> Option<Face> {
         let nearest = match self.search {
-            Search::Compass => compass_search(self, &from.metric, from),
+            Search::Compass => compass_search(self, &from.metric, &from.boundary, &from.y, FIRST_STEP),
             Search::Gradient => gradient_search(self, &from.metric, from),
         };
         self.face_at(&nearest, from)
@@ -133,6 +133,11 @@ impl<'a, 'd> Placing<'a, 'd> {
         best.map(|(_, place, b)| {
             (place, Face { a: faces[place].a.clone(), b, boundary: from.boundary.clone() })
         })
+    }
+
+    /// Distance of the witness from a face that it lies below.
+    pub(crate) fn room(&self, face: &Face) -> f64 {
+        self.witness.ends().into_iter().map(|end| face.b - face.a.dot(end)).fold(f64::INFINITY, f64::min)
     }
 
     /// The margin along `a`, in units of the domain.

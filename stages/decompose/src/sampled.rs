@@ -31,6 +31,8 @@ const BATCH: usize = 6;
 /// Share of its distance that a face keeps when it is moved to cut a collision off: at once, or as a last resort.
 const SLIVER: f64 = 0.995;
 const WEDGE: f64 = 0.9;
+/// Share of the room before the witness by which a moved face goes further, once faces are spent.
+const OVERSHOOT: f64 = 0.03;
 /// Steps for each dimension by which the walk forgets where it started.
 const BURN_IN: usize = 5;
 /// A face so near a chord's end is not what the end tests.
@@ -220,7 +222,9 @@ impl<'a, 'd> Separation<'a, 'd> {
         );
         let n_placed = faces.len();
         faces.extend((0..2 * k).map(|side| face(self.start.A.row(side).transpose(), self.sides[side])));
-        let Some((place, moved)) = self.placing.shifted(&faces, boundary, 0.0) else { return false };
+        let Some((place, mut moved)) = self.placing.shifted(&faces, boundary, 0.0) else { return false };
+        // A little more than this collision asks for: many small moves would take as many passes.
+        moved.b -= OVERSHOOT * self.placing.room(&moved);
         self.walk.push_row(&moved.a, moved.b);
         if place >= n_placed {
             self.sides[place - n_placed] = moved.b;

@@ -50,7 +50,7 @@ pub fn least_norm_point(G: &DMatrix<f64>, h: &DVector<f64>) -> Option<DVector<f6
             return None;
         }
     }
-    if !(r[n] < -TOL_EMPTY) {
+    if r[n].is_nan() || r[n] >= -TOL_EMPTY {
         return None;
     }
     let x = DVector::from_fn(n, |j, _| -r[j] / r[n]);
