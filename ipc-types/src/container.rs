@@ -12,7 +12,7 @@
 //! ```
 
 use crate::artefact::{
-    CertificatesFile, CutsFile, LeafCut, PathCertificateFile, PlanFile, Region, RegionCertificate,
+    CertificatesFile, CutsFile, LeafCut, PathCertificateFile, PlanFile, ProofFile, Region, RegionCertificate,
     RegionsFile, Segment, TrajectoryFile,
 };
 use crate::{Digest, hexadecimal};
@@ -56,10 +56,12 @@ pub enum Kind {
     Cut = 9,
     /// [`PathCertificateFile`].
     PathCertificate = 10,
+    /// [`ProofFile`].
+    Proof = 11,
 }
 
 impl Kind {
-    const ALL: [Kind; 10] = [
+    const ALL: [Kind; 11] = [
         Kind::Regions,
         Kind::Certificates,
         Kind::Plan,
@@ -70,6 +72,7 @@ impl Kind {
         Kind::Segment,
         Kind::Cut,
         Kind::PathCertificate,
+        Kind::Proof,
     ];
 
     /// The word for people.
@@ -85,6 +88,7 @@ impl Kind {
             Kind::Segment => "one segment",
             Kind::Cut => "one cut",
             Kind::PathCertificate => "the certificate of a path",
+            Kind::Proof => "the proof of a plan",
         }
     }
 
@@ -106,7 +110,7 @@ macro_rules! artefacts {
 artefacts!(
     RegionsFile => Regions, CertificatesFile => Certificates, PlanFile => Plan, TrajectoryFile => Trajectory,
     CutsFile => Cuts, Region => Region, CertifiedPart => CertifiedPart, Segment => Segment, LeafCut => Cut,
-    PathCertificateFile => PathCertificate,
+    PathCertificateFile => PathCertificate, ProofFile => Proof,
 );
 
 /// What certification made of one candidate: `certify/parts/<candidate id>.bin`.

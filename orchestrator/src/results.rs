@@ -22,6 +22,8 @@ pub struct Results {
     pub regions: Option<RegionsFile>,
     /// Grasp plan.
     pub plan: Option<PlanFile>,
+    /// Whether `miqp/proof.bin` is there: the evidence for the answer, which `regrasp check` replays.
+    pub has_proof: bool,
     /// Paths.
     pub trajectory: Option<TrajectoryFile>,
     /// `status.json` of each stage that wrote one.
@@ -43,6 +45,7 @@ impl Results {
             candidates: find_artefact(&run.stage(StageName::Decompose), "regions", None)?,
             regions: find_artefact(&run.stage(StageName::Certify), "regions", None)?,
             plan: find_artefact(&run.stage(StageName::Miqp), "plan", None)?,
+            has_proof: run.stage(StageName::Miqp).join("proof.bin").is_file(),
             trajectory: find_artefact(&run.stage(StageName::Gcs), "trajectory", None)?,
             record,
             status,
@@ -151,6 +154,7 @@ pub(crate) mod tests {
                 lower_bound: Some(1.5),
                 tried: vec![one],
             }),
+            has_proof: true,
             trajectory: Some(TrajectoryFile { coordinates, segments, length: 3.0, duration: 3.0 }),
             status: BTreeMap::new(),
         }

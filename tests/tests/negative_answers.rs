@@ -26,7 +26,7 @@ fn a_turn_that_needs_more_grasps_than_allowed() {
     let record: Value = json(&run, "run.json");
     assert_eq!(record["outcome"]["exit_code"], 1);
     assert!(
-        std::fs::read_to_string(run.join("report.html")).expect("a report").contains("over these regions")
+        std::fs::read_to_string(run.join("report.html")).expect("a report").contains("within these regions")
     );
 }
 

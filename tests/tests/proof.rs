@@ -1,5 +1,7 @@
 //! The independent verifier: it accepts good runs, and of each kind of damage it says what does not hold.
 
+#[path = "proof/answer_damage.rs"]
+mod answer_damage;
 #[path = "proof/certificate_damage.rs"]
 mod certificate_damage;
 #[path = "proof/damage.rs"]
@@ -36,7 +38,7 @@ fn a_good_run_is_accepted_and_every_damage_to_it_is_named() {
     assert!(accepted.stderr.contains("accepted"), "{}", accepted.stderr);
 
     let damages = all_damages();
-    assert!(damages.len() >= 40, "{} kinds of damage", damages.len());
+    assert!(damages.len() >= 80, "{} kinds of damage", damages.len());
     let mut wrong = Vec::new();
     for Damage { name, apply, expected } in damages {
         let run = folder.path().join("damaged");

@@ -4,6 +4,7 @@ mod certificate;
 mod cuts;
 mod path_certificate;
 mod plan;
+mod proof;
 mod regions;
 mod sos_certificate;
 mod trajectory;
@@ -16,6 +17,7 @@ pub use certificate::{
 pub use cuts::{CutsFile, LeafCut};
 pub use path_certificate::{CertifiedPiece, PathCertificateFile, PathPair, SeparatedInterval};
 pub use plan::{Mode, PlanFile, PlanStatus, Tried, TriedStatus};
+pub use proof::{Apart, ChainBound, Contained, EmptySet, ProofCut, ProofFile, ProofNode, ProofSet, Search};
 pub use regions::{Coverage, Estimate, Region, RegionsFile};
 pub use sos_certificate::{
     CoreEnclosure, MAX_SOS_EXPONENT, MAX_SOS_JOINTS, SosJoint, SosProof, SosRow, SosTerm,

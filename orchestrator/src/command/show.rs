@@ -5,7 +5,7 @@ use crate::failure::{ExitCode, Failure};
 use crate::quantity::{bytes, count, figure, share};
 use ipc_types::artefact::{
     Cell, CertificatesFile, CutsFile, Estimate, LeafCut, PairProof, PathCertificateFile, PlanFile,
-    PlanStatus, Region, RegionsFile, Segment, TrajectoryFile, TriedStatus,
+    PlanStatus, ProofFile, ProofNode, Region, RegionsFile, Segment, TrajectoryFile, TriedStatus,
 };
 use ipc_types::container::{Artefact, CertifiedPart, Kind, header};
 use ipc_types::hexadecimal;
@@ -58,6 +58,7 @@ pub fn show(args: &ShowArgs) -> Result<ExitCode, Failure> {
         Kind::Segment => print_as::<Segment>(args, |one| vec![segment(0, one)]),
         Kind::Cut => print_as::<LeafCut>(args, |one| vec![cut(one)]),
         Kind::PathCertificate => print_as::<PathCertificateFile>(args, path_certificate),
+        Kind::Proof => print_as::<ProofFile>(args, proof),
     }?;
     Ok(ExitCode::Done)
 }
@@ -87,6 +88,27 @@ fn regions(file: &RegionsFile) -> Vec<String> {
         lines.extend(coverage.placement.map(|e| format!("covers {} of CP_free", estimate(e))));
     }
     lines.extend(file.regions.iter().map(region));
+    lines
+}
+
+fn proof(file: &ProofFile) -> Vec<String> {
+    let mut lines = vec![format!(
+        "{} of multipliers: {} empty, {} apart, {} contained in another; {}",
+        count(file.multipliers.len(), "list"),
+        count(file.empty.len(), "set"),
+        count(file.apart.len(), "pair"),
+        count(file.contained.len(), "region"),
+        count(file.cuts.len(), "leaf cut")
+    )];
+    for search in &file.searches {
+        let leaves = search.nodes.iter().filter(|node| matches!(node, ProofNode::Leaf(_))).count();
+        let grasps = if search.first == search.last {
+            format!("ℓ = {}", search.first)
+        } else {
+            format!("ℓ = {} … {}", search.first, search.last)
+        };
+        lines.push(format!("  {grasps}: {}, {leaves} of them leaves", count(search.nodes.len(), "node")));
+    }
     lines
 }
 

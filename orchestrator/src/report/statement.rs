@@ -66,14 +66,33 @@ fn answer(results: &Results) -> String {
             escaped(results.record.outcome.message.trim_end_matches('.'))
         );
     };
+    // The words of a program in place of miqp count for no more than it gives to check.
+    let (claim, evidence) = if results.has_proof {
+        let evidence = "The evidence, multipliers and a tree, is in <code>miqp/proof.bin</code>; <code>regrasp check</code> replays it against the regions and the scene alone.";
+        ("Proven", evidence)
+    } else {
+        ("Claimed by the planner", "There is no <code>miqp/proof.bin</code>, so it cannot be checked.")
+    };
     match (plan.status, plan.n_grasps) {
         (PlanStatus::Infeasible, _) => format!(
-            "<p>Proven: with at most {} grasps there is no plan <em>over these regions</em>. Larger or other regions might have one.</p>",
+            "<p>{claim}: no motion <em>within these regions</em> has at most {} grasps. Larger or other regions might allow one. {evidence}</p>",
             plan.tried.last().map_or(0, |tried| tried.n_grasps)
         ),
-        (PlanStatus::Optimal, Some(n)) => format!(
-            "<p>Proven: over these regions no plan has fewer than {n} grasps, and with {n} the grasp and release configurations cost least, within the gap that was asked for.</p>"
-        ),
+        (PlanStatus::Optimal, Some(n)) => {
+            let fewer = match n {
+                0 => "no grasp is needed".to_owned(),
+                _ => format!("no motion within these regions has fewer than {n} grasps"),
+            };
+            let bound = match (plan.cost, plan.lower_bound) {
+                (Some(cost), Some(bound)) => format!(
+                    ", and the squared steps between grasp and release configurations sum to at least {}; here {}",
+                    figure(bound),
+                    figure(cost)
+                ),
+                _ => String::new(),
+            };
+            format!("<p>{claim}: {fewer}{bound}. {evidence}</p>")
+        }
         (_, Some(n)) => format!(
             "<p>{n} grasps: fewer, or a lower cost, may be possible over these regions; that is not proven.</p>"
         ),
@@ -120,6 +139,19 @@ mod tests {
             plan.n_grasps = None;
         }
         results.trajectory = None;
-        assert!(statement(&results).contains("over these regions"));
+        assert!(statement(&results).contains("within these regions"));
+    }
+
+    #[test]
+    fn an_answer_without_evidence_is_a_claim() {
+        let mut results = example();
+        if let Some(plan) = &mut results.plan {
+            plan.status = PlanStatus::Optimal;
+        }
+        results.has_proof = true;
+        assert!(statement(&results).contains("Proven:"));
+        results.has_proof = false;
+        let text = statement(&results);
+        assert!(text.contains("Claimed by the planner:") && !text.contains("Proven"), "{text}");
     }
 }

@@ -3,6 +3,7 @@
 // `!(a > b)` is meant: a NaN must fail, never pass.
 #![allow(clippy::neg_cmp_op_on_partial_ord)]
 
+pub mod answer;
 pub mod body;
 pub mod cells;
 pub mod chain;

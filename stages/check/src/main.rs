@@ -1,6 +1,7 @@
 //! `regrasp-check RUN`: verifies the proof that a run directory carries. `regrasp-check --path CERTIFICATE --scene SCENE
 //! PATH`: verifies that of a path.
 
+use check::answer::Answer;
 use check::path;
 use check::run::{self, Rejection};
 use clap::Parser;
@@ -10,7 +11,8 @@ use scene::Scene;
 use std::path::{Path, PathBuf};
 
 /// Verifies a run: that its files are whole and of one scene, that its certificates prove its regions free of
-/// collision, and that plan and trajectory stay inside them, keep what their modes keep, and reach the goal. With
+/// collision, that plan and trajectory stay inside them, keep what their modes keep, and reach the goal, and that no
+/// motion over the regions has fewer grasps or a lower cost than the plan says, or that there is none at all. With
 /// --path it verifies the certificate of a path instead, as `regrasp certify-path --out` writes it.
 ///
 /// Exit codes: 0 accepted; 1 rejected, and why; 2 not a run directory, or a scene or path that cannot be read.
@@ -113,6 +115,9 @@ fn check(arguments: &Arguments) -> ExitCode {
                     },
                     verdict.n_control_points
                 );
+                if let Some(answer) = &verdict.answer {
+                    eprintln!("proven over these regions: {}", proven(answer));
+                }
                 for claim in &verdict.not_verified {
                     eprintln!("not verified: {claim}");
                 }
@@ -130,5 +135,21 @@ fn check(arguments: &Arguments) -> ExitCode {
                 _ => ExitCode::Negative,
             }
         }
+    }
+}
+
+/// What is proven of the number of grasps and of the cost, in words.
+fn proven(answer: &Answer) -> String {
+    let nodes = format!("({} nodes replayed)", answer.n_nodes);
+    match (answer.cost, answer.cost_lower_bound) {
+        (Some(cost), Some(bound)) => {
+            let fewer = match answer.fewest {
+                0 => "no grasp is needed".to_owned(),
+                fewest => format!("no motion has fewer than {fewest} grasps"),
+            };
+            format!("{fewer}; as many as here cost at least {bound:.6}, here {cost:.6} {nodes}")
+        }
+        (Some(_), None) => format!("no motion has fewer than {} grasps {nodes}", answer.fewest),
+        _ => format!("no motion has at most {} grasps {nodes}", answer.fewest.saturating_sub(1)),
     }
 }

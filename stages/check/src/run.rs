@@ -1,8 +1,9 @@
 //! A whole run: files, regions, plan, trajectory.
 
+use crate::answer::{self, Answer, AnswerError};
 use crate::motion::{self, MotionError};
 use crate::region::{self, RegionError};
-use ipc_types::artefact::{CertificatesFile, PlanFile, PlanStatus, RegionsFile, TrajectoryFile};
+use ipc_types::artefact::{CertificatesFile, PlanFile, PlanStatus, ProofFile, RegionsFile, TrajectoryFile};
 use ipc_types::container::Artefact;
 use ipc_types::store::{self, StoreError};
 use scene::{Scene, SceneError};
@@ -26,6 +27,8 @@ pub struct Verdict {
     pub n_control_points: usize,
     /// Largest change of a kept form along a segment.
     pub kept_residual: f64,
+    /// What is proven of the number of grasps and of the cost; `None` without `miqp/proof.bin`.
+    pub answer: Option<Answer>,
     /// What is claimed by the run and not verified here.
     pub not_verified: Vec<String>,
 }
@@ -73,6 +76,9 @@ pub enum Rejection {
     /// Plan or trajectory.
     #[error("miqp/plan.bin, gcs/trajectory.bin: {0}")]
     Motion(#[from] MotionError),
+    /// That there are no fewer grasps, no lower cost, or no plan.
+    #[error("miqp/proof.bin: {0}")]
+    Answer(#[from] AnswerError),
 }
 
 /// What is read of `run.json`.
@@ -132,6 +138,7 @@ pub fn verify(run: &Path) -> Result<Verdict, Rejection> {
         n_grasps: None,
         n_control_points: 0,
         kept_residual: 0.0,
+        answer: None,
         not_verified: Vec::new(),
     };
     let mut proven = BTreeMap::new();
@@ -156,18 +163,28 @@ pub fn verify(run: &Path) -> Result<Verdict, Rejection> {
     }
     let plan: PlanFile = read_both(&run.join("miqp"), "plan", &scene)?;
     verdict.n_grasps = plan.n_grasps;
-    verdict.not_verified.push(match plan.status {
-        PlanStatus::Infeasible => "that there is no plan with fewer grasps than tried".to_owned(),
-        _ => "that no plan has fewer grasps or less cost".to_owned(),
-    });
-    if plan.status == PlanStatus::Infeasible {
-        return Ok(verdict);
+    if plan.status != PlanStatus::Infeasible {
+        let trajectory: TrajectoryFile = read_both(&run.join("gcs"), "trajectory", &scene)?;
+        let facts = motion::verify(&scene, task, &plan, &trajectory, &by_id, &proven)?;
+        verdict.n_control_points = facts.n_control_points;
+        verdict.kept_residual = facts.kept_residual;
+        verdict.not_verified.push("the lower bounds on the lengths of segments".to_owned());
     }
-    let trajectory: TrajectoryFile = read_both(&run.join("gcs"), "trajectory", &scene)?;
-    let facts = motion::verify(&scene, task, &plan, &trajectory, &by_id, &proven)?;
-    verdict.n_control_points = facts.n_control_points;
-    verdict.kept_residual = facts.kept_residual;
-    verdict.not_verified.push("the lower bounds on the lengths of segments".to_owned());
+    // A program in place of miqp need not prove its answer.
+    let proof_file = run.join("miqp").join("proof.bin");
+    if proof_file.exists() {
+        let proof: ProofFile = store::read_bin(&proof_file, Some(&scene.digest))?;
+        let answer = answer::verify(task, &regions.regions, &plan, &proof)?;
+        if plan.n_grasps.is_some_and(|n_grasps| answer.fewest < n_grasps) {
+            verdict.not_verified.push(format!("that {} grasps do not suffice", answer.fewest));
+        }
+        verdict.answer = Some(answer);
+    } else {
+        verdict.not_verified.push(match plan.status {
+            PlanStatus::Infeasible => "that there is no plan with at most as many grasps as tried".to_owned(),
+            _ => "that no plan has fewer grasps or less cost".to_owned(),
+        });
+    }
     Ok(verdict)
 }
 

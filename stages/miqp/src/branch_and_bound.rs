@@ -1,6 +1,6 @@
 //! Branch and bound for one number of grasps.
 //!
-//! A node is closed only by a Farkas vector or a lower bound that holds in exact arithmetic. Its relaxed point is turned
+//! A node is closed only by a bound that holds in exact arithmetic and is kept for `proof.bin` ([`crate::proof`]). Its relaxed point is turned
 //! into regions; if every waypoint lies in its region the node's bound is the cost of a plan, up to margins. Otherwise
 //! the waypoint that misses its region most is branched on: by connected region of CG_free while it has several, then by
 //! region. A violated cut is branched on its ways of being satisfied. Both are finite.
@@ -11,6 +11,7 @@ use crate::hull::Hulls;
 use crate::instance::Instance;
 use crate::kept_system::KeptSystem;
 use crate::node::Node;
+use crate::proof::{Branching, ProofTree};
 use crate::relaxation::{Relaxed, RelaxedPoint, relax};
 use conic::ConicError;
 use manipulation::PathMode;
@@ -41,6 +42,8 @@ pub struct SearchOutcome {
     pub n_undecided: u64,
     /// Whether the cancel flag ended the search.
     pub is_canceled: bool,
+    /// What proves `lower_bound`.
+    pub tree: ProofTree,
 }
 
 impl SearchOutcome {
@@ -84,7 +87,7 @@ impl PartialEq for Queued {
 
 impl Eq for Queued {}
 
-/// Searches all plans of `instance` with `n_grasps ≥ 1` grasps. `on_incumbent` hears of each better plan with the bound
+/// Searches all plans of `instance` with `n_grasps` grasps. `on_incumbent` hears of each better plan with the bound
 /// known then.
 pub fn search(
     instance: &Instance,
@@ -104,11 +107,9 @@ pub fn search(
         sequence: 0,
         nodes: 0,
         n_undecided: 0,
+        tree: ProofTree::default(),
     };
-    // Kept forms that contradict each other need no search: elimination is exact.
-    if !search.system.is_contradictory() {
-        search.push(Node::root(instance, n_grasps));
-    }
+    search.push(Node::root(instance, n_grasps));
     let mut is_complete = true;
     let mut is_canceled = false;
     while let Some(queued) = search.queue.pop() {
@@ -134,6 +135,7 @@ pub fn search(
         nodes: search.nodes,
         n_undecided: search.n_undecided,
         is_canceled,
+        tree: search.tree,
     })
 }
 
@@ -149,6 +151,7 @@ struct Search<'a> {
     sequence: u64,
     nodes: u64,
     n_undecided: u64,
+    tree: ProofTree,
 }
 
 impl Search<'_> {
@@ -182,10 +185,21 @@ impl Search<'_> {
         }
         self.nodes += 1;
         let (lower_bound, point) = match relax(self.instance, &mut self.hulls, &node)? {
-            Relaxed::Infeasible => return Ok(()),
-            Relaxed::Bounded { lower_bound, point } => (lower_bound, point),
+            Relaxed::Infeasible(multipliers) => {
+                self.tree.bounded(node.record, f64::INFINITY, multipliers);
+                return Ok(());
+            }
+            Relaxed::Bounded { lower_bound, multipliers, point } => {
+                self.tree.bounded(node.record, lower_bound, multipliers);
+                (lower_bound, point)
+            }
         };
         node.lower_bound = node.lower_bound.max(lower_bound);
+        if self.system.is_contradictory() {
+            // There is no plan, but no proof of that in the terms of the file; parts of the node would not give one.
+            self.leave_undecided(&node);
+            return Ok(());
+        }
         if self.closes(node.lower_bound) {
             return Ok(());
         }
@@ -256,38 +270,43 @@ impl Search<'_> {
             .map(|idx| (idx, miss(idx)))
             .max_by(|a, b| a.1.total_cmp(&b.1).then(b.0.cmp(&a.0)));
         let violated_cut = assignment.and_then(|assignment| assignment.violated_cuts.first().copied());
-        let children = match (worst, violated_cut) {
+        let branching = match (worst, violated_cut) {
             (Some((waypoint_idx, miss)), cut) if miss > TOL_VIOLATION || cut.is_none() => {
                 let is_mixed = self.grasp_classes(&node, waypoint_idx).len() > 1;
-                if is_mixed || node.is_refined {
-                    self.split_by_regions(&node, waypoint_idx)
-                } else {
+                if !is_mixed && !node.is_refined {
                     // The same node once more, tighter, before regions are told apart.
-                    vec![node.refined()]
+                    self.push(node.refined());
+                    return;
                 }
+                Branching::Waypoint(waypoint_idx, self.groups(&node, waypoint_idx))
             }
-            (_, Some((segment_idx, cut_idx))) => node.split_by_cut(self.instance, segment_idx, cut_idx),
+            (_, Some((segment_idx, cut_idx))) => Branching::Cut(segment_idx, cut_idx),
             _ => match self.unresolved_cut(&node) {
-                Some((segment_idx, cut_idx)) => node.split_by_cut(self.instance, segment_idx, cut_idx),
-                None => {
-                    self.n_undecided += 1;
-                    self.closed_bound = self.closed_bound.min(node.lower_bound);
-                    Vec::new()
-                }
+                Some((segment_idx, cut_idx)) => Branching::Cut(segment_idx, cut_idx),
+                None => return self.leave_undecided(&node),
             },
         };
-        children.into_iter().for_each(|child| self.push(child));
+        let parts = node.parts(self.instance, &branching);
+        let records = self.tree.split(node.record, branching, parts.len());
+        for (part, record) in parts.into_iter().zip(records) {
+            self.push(Node { record, ..part });
+        }
+    }
+
+    /// Counts a node that cannot be split further.
+    fn leave_undecided(&mut self, node: &Node) {
+        self.n_undecided += 1;
+        self.closed_bound = self.closed_bound.min(node.lower_bound);
     }
 
     /// One child for each connected region of CG_free if there are several, else one for each region.
-    fn split_by_regions(&self, node: &Node, waypoint_idx: usize) -> Vec<Node> {
+    fn groups(&self, node: &Node, waypoint_idx: usize) -> Vec<Vec<usize>> {
         let by_class = self.grasp_classes(node, waypoint_idx);
-        let groups: Vec<Vec<usize>> = if by_class.len() > 1 {
+        if by_class.len() > 1 {
             by_class.into_values().collect()
         } else {
             node.allowed[waypoint_idx].iter().map(|&region_idx| vec![region_idx]).collect()
-        };
-        groups.into_iter().map(|regions| node.restricted(waypoint_idx, regions)).collect()
+        }
     }
 
     /// Allowed regions of a waypoint by connected region of CG_free.

@@ -6,6 +6,7 @@
 //! overlaps out of S that are not proven empty), and what a cut file says of them cannot make a proof wrong.
 
 use crate::error::MiqpError;
+use crate::proof::{BoxedSet, Relations};
 use convex_sets::HPolyhedron;
 use ipc_types::artefact::{LeafCut, Mode};
 use manipulation::{Emptiness, Leaf, Manipulation, PathMode, proven_empty};
@@ -42,6 +43,7 @@ impl Cut {
     /// The cuts of a file, over the regions with the ids `region_ids`; each S and mode once.
     pub fn all(
         manipulation: &Manipulation,
+        relations: &mut Relations,
         region_ids: &[u64],
         cuts: &[LeafCut],
     ) -> Result<Vec<Self>, MiqpError> {
@@ -59,25 +61,35 @@ impl Cut {
                 Mode::Transit => PathMode::Transit,
                 Mode::Transfer => PathMode::Transfer,
             };
-            distinct.entry((mode, inside.clone())).or_insert_with(|| Self::new(manipulation, mode, &inside));
+            distinct
+                .entry((mode, inside.clone()))
+                .or_insert_with(|| Self::new(manipulation, relations, mode, &inside));
         }
         Ok(distinct.into_values().collect())
     }
 
     /// The cut of S = `inside` (sorted).
-    pub fn new(manipulation: &Manipulation, mode: PathMode, inside: &[usize]) -> Self {
-        let free = manipulation.free(mode);
-        let exits = manipulation
-            .overlaps(mode)
-            .exits(inside)
-            .into_iter()
-            .filter_map(|(a, b)| {
-                let polytope = free[a].as_ref()?.intersection(free[b].as_ref()?);
-                let polytope = polytope.remove_redundant().unwrap_or(polytope);
-                Some(Exit { inside: a, outside: b, polytope })
-            })
-            .collect();
-        let is_reached = (0..free.len()).map(|idx| inside.binary_search(&idx).is_ok()).collect();
+    pub fn new(
+        manipulation: &Manipulation,
+        relations: &mut Relations,
+        mode: PathMode,
+        inside: &[usize],
+    ) -> Self {
+        let n_regions = manipulation.regions.len();
+        let is_reached: Vec<bool> = (0..n_regions).map(|idx| inside.binary_search(&idx).is_ok()).collect();
+        let open = manipulation.overlaps(mode);
+        let mut exits = Vec::new();
+        for &a in inside {
+            for b in (0..n_regions).filter(|&b| !is_reached[b]) {
+                let present = !relations.is_free_of(mode, a) && !relations.is_free_of(mode, b);
+                // What is not proven empty in the proof's own terms is a way out.
+                if present && (open.get(a, b).is_open() || !relations.prove_apart(manipulation, mode, a, b)) {
+                    let polytope = BoxedSet::of_mode(manipulation, mode, &[a.min(b), a.max(b)]).polyhedron();
+                    let polytope = polytope.remove_redundant().unwrap_or(polytope);
+                    exits.push(Exit { inside: a, outside: b, polytope });
+                }
+            }
+        }
         Self { mode, is_reached, exits }
     }
 

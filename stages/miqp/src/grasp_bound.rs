@@ -5,42 +5,70 @@
 //! 2. By the longest transfer: a form f that a transit keeps changes in transfers only. For each connected region r of
 //!    CG_free, `D_r = max f·(v - u)` over u, v in the hull of its sets CG ∩ CP ∩ P_j with F_transfer u = F_transfer v;
 //!    ℓ grasps change f by at most ℓ · max_r D_r. For the bottle cap f is the cap's angle.
+//!
+//! Both are inequality (2) of `proof.bin` without steps, the second with f as multiplier of every transit and with the
+//! multipliers of D_r in transfers; which ℓ are excluded is decided by that inequality ([`crate::proof`]) alone.
 
 use crate::hull::Hulls;
 use crate::instance::{Instance, WaypointSet};
+use crate::node::Node;
+use crate::proof::{ChainValue, KnownSupports, Multipliers, evaluate};
 use crate::relaxation::add_polytope;
 use conic::{ConicError, ConicProgram, Settings, safe_farkas, safe_lower_bound, solve};
 use manipulation::{Enclosure, PathMode};
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// What is known of ℓ before any search.
 #[derive(Debug, Clone, PartialEq)]
-pub enum GraspBound {
-    /// No number of grasps suffices; why, in words.
-    Never(String),
-    /// At least this many; why fewer do not suffice, in words.
-    AtLeast {
-        /// The bound.
-        n_grasps: usize,
-        /// Why.
-        reason: String,
-    },
+pub struct GraspBound {
+    /// At least this many grasps; `None` if no number suffices.
+    pub n_grasps: Option<usize>,
+    /// Why fewer do not suffice, in words.
+    pub reason: String,
+    /// Why, in multipliers that are the same for every ℓ; none where connected regions alone tell.
+    pub multipliers: Multipliers,
 }
 
-/// The bound for `instance`; `names` are the coordinates' names for the words. Bounds above `max_grasps` are of no use
-/// and are returned as they are.
+impl GraspBound {
+    fn new(n_grasps: Option<usize>, reason: &str) -> Self {
+        Self { n_grasps, reason: reason.to_owned(), multipliers: Multipliers::default() }
+    }
+
+    /// The largest ℓ ≤ `most` up to which every ℓ ≥ 1 is proven to have no motion, and the inequality for it.
+    pub fn proven(&self, instance: &Instance, most: usize) -> Option<(usize, ChainValue)> {
+        let most = most.min(self.n_grasps.map_or(usize::MAX, |n_grasps| n_grasps - 1));
+        let mut known = KnownSupports::new();
+        let mut proven = None;
+        for n_grasps in 1..=most {
+            let root = Node::root(instance, n_grasps);
+            let value = evaluate(instance, &root.allowed, &[], &self.multipliers, &mut known);
+            if value.bound < f64::INFINITY {
+                break;
+            }
+            proven = Some((n_grasps, value));
+        }
+        let (n_grasps, mut value) = proven?;
+        // Points of even and of odd position are alike.
+        value.waypoints.truncate(2);
+        Some((n_grasps, value))
+    }
+}
+
+/// The bound for `instance`; `names` are the coordinates' names for the words. Bounds above K are of no use and are
+/// returned as they are.
 pub fn grasp_bound(instance: &Instance, names: &[String]) -> Result<GraspBound, ConicError> {
     let by_regions = bound_by_regions(instance);
-    let GraspBound::AtLeast { n_grasps: n_by_regions, .. } = by_regions else { return Ok(by_regions) };
+    let Some(n_by_regions) = by_regions.n_grasps else { return Ok(by_regions) };
     let by_transfer = bound_by_transfer(instance, names)?;
-    Ok(match by_transfer {
-        GraspBound::AtLeast { n_grasps, .. } if n_grasps <= n_by_regions => by_regions,
-        other => other,
+    Ok(if by_transfer.n_grasps.is_some_and(|n_grasps| n_grasps <= n_by_regions) {
+        by_regions
+    } else {
+        by_transfer
     })
 }
 
 fn bound_by_regions(instance: &Instance) -> GraspBound {
-    let never = |reason: &str| GraspBound::Never(reason.to_owned());
+    let never = |reason: &str| GraspBound::new(None, reason);
     let inner = instance.inner_regions();
     if instance.start_regions.is_empty() {
         return never("the start lies in no region of CP_free");
@@ -74,9 +102,8 @@ fn bound_by_regions(instance: &Instance) -> GraspBound {
         // From a region without a grasp nothing leads on, so the goal counts as reached only by a transfer.
         let released = inner.iter().any(|&idx| held.contains(&transfer(idx)) && transit(idx) == goal);
         if released {
-            let reason =
-                "fewer grasps do not lead from the start's connected region to the goal's".to_owned();
-            return GraspBound::AtLeast { n_grasps, reason };
+            let reason = "fewer grasps do not lead from the start's connected region to the goal's";
+            return GraspBound::new(Some(n_grasps), reason);
         }
         if reached == resting {
             break;
@@ -89,9 +116,9 @@ fn bound_by_regions(instance: &Instance) -> GraspBound {
 }
 
 fn bound_by_transfer(instance: &Instance, names: &[String]) -> Result<GraspBound, ConicError> {
-    let mut bound = GraspBound::AtLeast { n_grasps: 1, reason: "a grasp is needed".to_owned() };
+    let mut bound = GraspBound::new(Some(1), "a grasp is needed");
     let F = &instance.manipulation.F_transit;
-    for form in F.row_iter() {
+    for (form_idx, form) in F.row_iter().enumerate() {
         let form: Vec<f64> = form.iter().copied().collect();
         let difference = (0..form.len()).fold(Enclosure::zero(), |sum, k| {
             let step = Enclosure::exact(instance.goal[k]).minus(Enclosure::exact(instance.start[k]));
@@ -106,22 +133,25 @@ fn bound_by_transfer(instance: &Instance, names: &[String]) -> Result<GraspBound
         };
         let needed = if sign > 0.0 { difference.lower } else { -difference.upper };
         let directed: Vec<f64> = form.iter().map(|f| sign * f).collect();
-        let longest = longest_transfer(instance, &directed)?;
+        let (longest, in_transfers) = longest_transfer(instance, &directed)?;
         let words = words_of_form(&form, names);
+        let transit = (0..F.nrows()).map(|idx| if idx == form_idx { sign } else { 0.0 }).collect::<Vec<_>>();
+        let resting = instance.relations.classes(PathMode::Transit);
+        let in_transits = resting.into_iter().map(|class| (class, transit.clone())).collect();
+        let multipliers = Multipliers { segments: vec![in_transits, in_transfers], ..Multipliers::default() };
         if longest <= 0.0 {
-            return Ok(GraspBound::Never(format!(
+            let reason = format!(
                 "grasps are missing: no transfer in CG_free changes {words}, the task asks for {needed:.4}"
-            )));
+            );
+            return Ok(GraspBound { n_grasps: None, reason, multipliers });
         }
         let n_grasps = least_count(needed, longest);
-        if let GraspBound::AtLeast { n_grasps: best, .. } = bound
-            && n_grasps > best
-        {
+        if bound.n_grasps.is_some_and(|best| n_grasps > best) {
             let reason = format!(
                 "a grasp changes {words} by at most {longest:.4} within one connected region of CG_free, the task asks \
                  for {needed:.4}"
             );
-            bound = GraspBound::AtLeast { n_grasps, reason };
+            bound = GraspBound { n_grasps: Some(n_grasps), reason, multipliers };
         }
     }
     Ok(bound)
@@ -138,23 +168,34 @@ fn least_count(needed: f64, longest: f64) -> usize {
     n_grasps
 }
 
-/// A number that is at least `max f·(v - u)` over pairs in one connected region of CG_free with equal kept forms.
-pub fn longest_transfer(instance: &Instance, f: &[f64]) -> Result<f64, ConicError> {
+/// Multipliers of the kept forms, by class.
+type ByClass = BTreeMap<usize, Vec<f64>>;
+
+/// A number that is at least `max f·(v - u)` over pairs in one connected region of CG_free with equal kept forms, and
+/// the multipliers of `F_transfer (v - u)` in each class that show it.
+pub fn longest_transfer(instance: &Instance, f: &[f64]) -> Result<(f64, ByClass), ConicError> {
     let inner = instance.inner_regions();
     let classes: BTreeSet<Option<usize>> =
         inner.iter().map(|&idx| instance.class(PathMode::Transfer, idx)).collect();
     let mut longest = f64::NEG_INFINITY;
     let mut hulls = Hulls::default();
+    let mut multipliers = ByClass::new();
     for class in classes {
         let members: Vec<usize> =
             inner.iter().copied().filter(|&idx| instance.class(PathMode::Transfer, idx) == class).collect();
-        longest = longest.max(longest_transfer_within(instance, f, &hulls.blocks(instance, &members))?);
+        let (within, kept) = longest_transfer_within(instance, f, &hulls.blocks(instance, &members))?;
+        longest = longest.max(within);
+        multipliers.extend(class.map(|class| (class, kept)));
     }
-    Ok(longest)
+    Ok((longest, multipliers))
 }
 
 /// min -f·(v - u), u and v in the hull of `sets` in perspective form, F_transfer u = F_transfer v.
-fn longest_transfer_within(instance: &Instance, f: &[f64], sets: &[WaypointSet]) -> Result<f64, ConicError> {
+fn longest_transfer_within(
+    instance: &Instance,
+    f: &[f64],
+    sets: &[WaypointSet],
+) -> Result<(f64, Vec<f64>), ConicError> {
     let n = f.len();
     let mut program = ConicProgram::new(0);
     let (mut lower, mut upper) = (Vec::new(), Vec::new());
@@ -175,6 +216,7 @@ fn longest_transfer_within(instance: &Instance, f: &[f64], sets: &[WaypointSet])
         program.add_equality(weights, 1.0);
         ends.push(firsts);
     }
+    let first_form = program.n_rows();
     for form in instance.manipulation.F_transfer.row_iter() {
         let mut terms = Vec::new();
         for (firsts, sign) in ends.iter().zip([1.0, -1.0]) {
@@ -185,10 +227,14 @@ fn longest_transfer_within(instance: &Instance, f: &[f64], sets: &[WaypointSet])
         program.add_equality(terms, 0.0);
     }
     let solution = solve(&program, &Settings::default())?;
+    // Rows are F u - F v = 0, terms of the inequality μ·F (v - u).
+    let kept = (first_form..program.n_rows())
+        .map(|row| solution.y.get(row).map_or(0.0, |y| if y.is_finite() { -y } else { 0.0 }))
+        .collect();
     if safe_farkas(&program, &solution.y, &lower, &upper) {
-        return Ok(f64::NEG_INFINITY);
+        return Ok((f64::NEG_INFINITY, kept));
     }
-    Ok(-safe_lower_bound(&program, &solution.y, &solution.x, &lower, &upper))
+    Ok((-safe_lower_bound(&program, &solution.y, &solution.x, &lower, &upper), kept))
 }
 
 /// Rows `A x ≤ b z` for x from `first` on and z behind it.

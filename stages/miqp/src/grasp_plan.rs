@@ -4,10 +4,12 @@ use crate::branch_and_bound::{Limits, SearchOutcome, search};
 use crate::error::MiqpError;
 use crate::exact::same_leaf;
 use crate::fixed_regions::cost_above;
-use crate::grasp_bound::{GraspBound, grasp_bound};
+use crate::grasp_bound::grasp_bound;
 use crate::instance::Instance;
+use crate::node::Node;
 use crate::options::MiqpOptions;
-use ipc_types::artefact::{LeafCut, Mode, PlanFile, PlanStatus, Tried, TriedStatus};
+use crate::proof::{KnownSupports, Multipliers, ProofWriter, evaluate};
+use ipc_types::artefact::{LeafCut, Mode, PlanFile, PlanStatus, ProofFile, Tried, TriedStatus};
 use manipulation::{Manipulation, PathMode};
 use nalgebra::DVector;
 
@@ -17,6 +19,8 @@ pub trait PlanSink {
     fn tried(&mut self, _tried: &Tried) {}
     /// A better plan with `n_grasps` grasps, and the bound known then.
     fn incumbent(&mut self, _n_grasps: usize, _cost: f64, _lower_bound: f64) {}
+    /// The proof of a settled answer, just before it is returned.
+    fn proof(&mut self, _proof: ProofFile) {}
 }
 
 /// A sink that listens to nothing.
@@ -78,38 +82,54 @@ pub fn plan(
         question.region_ids,
         question.cuts,
     )?;
+    let mut proof = ProofWriter::default();
     if let Some(regions) = transit_alone(&instance) {
         let x = [instance.start.clone(), instance.goal.clone()];
-        let cost = cost_above(&x);
-        return Ok(PlanOutcome::Settled(plan_file(
-            question,
-            PlanStatus::Optimal,
-            &x,
-            &regions,
-            cost,
-            cost,
-            Vec::new(),
-        )));
+        let multipliers = Multipliers { steps: vec![&x[1] - &x[0]], ..Multipliers::default() };
+        let root = Node::root(&instance, 0);
+        let value = evaluate(&instance, &root.allowed, &[], &multipliers, &mut KnownSupports::new());
+        proof.leaf(0, 0, &multipliers, &value);
+        let file =
+            plan_file(question, PlanStatus::Optimal, &x, &regions, cost_above(&x), value.bound, Vec::new());
+        sink.proof(proof.finish(&instance));
+        return Ok(PlanOutcome::Settled(file));
+    }
+    let limits = Limits { gap: options.gap, max_nodes: options.max_nodes };
+    // A transit alone is no number of grasps that was tried, but "no fewer" speaks of it too.
+    let at_least_one = Limits { max_nodes: limits.max_nodes.max(1), ..limits };
+    let transit = search(&instance, 0, &at_least_one, &mut |_, _| {}, cancel)?;
+    if transit.is_canceled {
+        return Ok(PlanOutcome::Open { tried: Vec::new(), is_canceled: true });
+    }
+    proof.search(&instance, 0, &transit.tree, transit.lower_bound);
+    if let Some(found) = &transit.plan {
+        let is_closed = transit.lower_bound >= found.cost - options.gap * found.cost;
+        let status = if is_closed { PlanStatus::Optimal } else { PlanStatus::Feasible };
+        let (cost, bound) = (found.cost, transit.lower_bound);
+        let file = plan_file(question, status, &found.x, &found.regions, cost, bound, Vec::new());
+        sink.proof(proof.finish(&instance));
+        return Ok(PlanOutcome::Settled(file));
     }
     let max_grasps = if options.max_grasps > 0 { options.max_grasps } else { question.max_grasps };
     let bound = grasp_bound(&instance, question.coordinates)?;
-    let (first, reason) = match &bound {
-        GraspBound::Never(reason) => (max_grasps + 1, reason.clone()),
-        GraspBound::AtLeast { n_grasps, reason } => (*n_grasps, reason.clone()),
-    };
-    let mut tried: Vec<Tried> = Vec::new();
-    for n_grasps in 1..first.min(max_grasps + 1) {
-        settle(&mut tried, excluded(n_grasps, &reason), sink);
+    let mut first = 1;
+    if let Some((last, value)) = bound.proven(&instance, max_grasps) {
+        proof.leaf(1, last, &bound.multipliers, &value);
+        first = last + 1;
     }
-    let limits = Limits { gap: options.gap, max_nodes: options.max_nodes };
+    let mut tried: Vec<Tried> = Vec::new();
+    for n_grasps in 1..first {
+        settle(&mut tried, excluded(n_grasps, &bound.reason), sink);
+    }
     for n_grasps in first..=max_grasps {
         let mut on_incumbent = |cost, lower_bound| sink.incumbent(n_grasps, cost, lower_bound);
         let outcome = search(&instance, n_grasps, &limits, &mut on_incumbent, cancel)?;
         let entry = describe(n_grasps, &outcome, instance.cuts.len(), options);
         settle(&mut tried, entry.clone(), sink);
+        proof.search(&instance, n_grasps, &outcome.tree, outcome.lower_bound);
         if let Some(found) = outcome.plan {
-            let all_fewer_excluded =
-                tried[..tried.len() - 1].iter().all(|earlier| earlier.status == TriedStatus::Infeasible);
+            let all_fewer_excluded = transit.is_infeasible()
+                && tried[..tried.len() - 1].iter().all(|earlier| earlier.status == TriedStatus::Infeasible);
             let status = if all_fewer_excluded && entry.status == TriedStatus::Optimal {
                 PlanStatus::Optimal
             } else {
@@ -117,15 +137,21 @@ pub fn plan(
             };
             let file =
                 plan_file(question, status, &found.x, &found.regions, found.cost, outcome.lower_bound, tried);
+            sink.proof(proof.finish(&instance));
             return Ok(PlanOutcome::Settled(file));
         }
         if outcome.is_canceled {
             return Ok(PlanOutcome::Open { tried, is_canceled: true });
         }
     }
+    if !transit.is_infeasible() {
+        let entry = Tried { status: TriedStatus::Limit, ..excluded(0, "a transit alone is not excluded") };
+        tried.insert(0, entry);
+    }
     if tried.iter().any(|entry| entry.status != TriedStatus::Infeasible) {
         return Ok(PlanOutcome::Open { tried, is_canceled: false });
     }
+    sink.proof(proof.finish(&instance));
     Ok(PlanOutcome::Settled(PlanFile {
         status: PlanStatus::Infeasible,
         n_grasps: None,

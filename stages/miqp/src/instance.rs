@@ -3,6 +3,7 @@
 use crate::cut::Cut;
 use crate::error::MiqpError;
 use crate::exact::contains;
+use crate::proof::Relations;
 use convex_sets::HPolyhedron;
 use ipc_types::artefact::LeafCut;
 use manipulation::{Manipulation, Outer, PathMode, proven_box, proven_contained, solve};
@@ -38,6 +39,8 @@ pub struct Instance<'a> {
     pub waypoint_sets: Vec<Option<WaypointSet>>,
     /// Leaf cuts.
     pub cuts: Vec<Cut>,
+    /// Connected regions, and which sets are empty or not needed, as far as it is proven.
+    pub relations: Relations,
 }
 
 impl<'a> Instance<'a> {
@@ -53,11 +56,15 @@ impl<'a> Instance<'a> {
             let free = manipulation.free(PathMode::Transit);
             (0..free.len()).filter(|&idx| free[idx].as_ref().is_some_and(|P| contains(P, q))).collect()
         };
+        let mut relations = Relations::new(manipulation);
+        let waypoint_sets =
+            without_dominated(waypoint_sets(manipulation, &relations), manipulation, &mut relations);
         Ok(Self {
             start_regions: holding(&start),
             goal_regions: holding(&goal),
-            waypoint_sets: without_dominated(waypoint_sets(manipulation), manipulation),
-            cuts: Cut::all(manipulation, region_ids, cuts)?,
+            waypoint_sets,
+            cuts: Cut::all(manipulation, &mut relations, region_ids, cuts)?,
+            relations,
             manipulation,
             start,
             goal,
@@ -71,25 +78,29 @@ impl<'a> Instance<'a> {
 
     /// Whether regions `a` and `b` belong to one connected region of the space of `mode`.
     pub fn connected(&self, mode: PathMode, a: usize, b: usize) -> bool {
-        self.manipulation.connected_regions(mode).same(a, b)
+        self.class(mode, a).is_some_and(|class| self.class(mode, b) == Some(class))
     }
 
-    /// The connected region of the space of `mode` that region `idx` belongs to.
+    /// The connected region of the space of `mode` that region `idx` belongs to, named by its first member.
     pub fn class(&self, mode: PathMode, idx: usize) -> Option<usize> {
-        self.manipulation.connected_regions(mode).class_of[idx]
+        self.relations.class(mode, idx)
     }
 }
 
-fn waypoint_sets(manipulation: &Manipulation) -> Vec<Option<WaypointSet>> {
+fn waypoint_sets(manipulation: &Manipulation, relations: &Relations) -> Vec<Option<WaypointSet>> {
     let joint_box = &manipulation.joint_box;
-    manipulation
-        .grasp_placement
-        .iter()
-        .enumerate()
-        .map(|(region_idx, P)| {
-            let P = P.as_ref()?;
-            let outer = proven_box(P, joint_box)?;
-            let polytope = P.remove_redundant().unwrap_or_else(|_| P.clone());
+    (0..manipulation.regions.len())
+        .map(|region_idx| {
+            if relations.has_no_waypoint(region_idx) {
+                return None;
+            }
+            let P = match &manipulation.grasp_placement[region_idx] {
+                Some(P) => P.clone(),
+                // Empty, but by so little that the proof says nothing of it.
+                None => relations.waypoint_sets[region_idx].polyhedron(),
+            };
+            let outer = proven_box(&P, joint_box).unwrap_or_else(|| joint_box.clone());
+            let polytope = P.remove_redundant().unwrap_or(P);
             let points = extremes(&polytope, &outer);
             Some(WaypointSet { region_idx, polytope, outer, points })
         })
@@ -114,6 +125,7 @@ fn extremes(P: &HPolyhedron, outer: &Outer) -> Vec<DVector<f64>> {
 fn without_dominated(
     mut sets: Vec<Option<WaypointSet>>,
     manipulation: &Manipulation,
+    relations: &mut Relations,
 ) -> Vec<Option<WaypointSet>> {
     for a in 0..sets.len() {
         let dominated = (0..sets.len()).filter(|&b| b != a).any(|b| {
@@ -123,9 +135,10 @@ fn without_dominated(
             sets[b].is_some()
                 && [PathMode::Transit, PathMode::Transfer]
                     .iter()
-                    .all(|&mode| manipulation.connected_regions(mode).same(a, b))
+                    .all(|&mode| relations.class(mode, a) == relations.class(mode, b))
                 // The polytope may be a hair larger than the set; what is proven of it holds for the set.
                 && proven_contained(&inner.polytope, other, &inner.outer)
+                && relations.prove_contained(manipulation, a, b)
         });
         if dominated {
             sets[a] = None;

@@ -28,6 +28,7 @@ pub mod instance;
 pub mod kept_system;
 pub mod node;
 mod options;
+pub mod proof;
 pub mod relaxation;
 mod stage;
 

@@ -2,6 +2,7 @@
 
 use crate::instance::Instance;
 use crate::kept_system::mode_of_segment;
+use crate::proof::Branching;
 
 /// The plans whose waypoint i lies in a region of `allowed[i]` and whose segments pass the `exits`.
 #[derive(Debug, Clone, PartialEq)]
@@ -16,6 +17,8 @@ pub struct Node {
     pub depth: usize,
     /// Whether its relaxation takes the hull of the sets themselves, not of polytopes around many of them.
     pub is_refined: bool,
+    /// Position of its record in the tree of the search.
+    pub record: usize,
 }
 
 impl Node {
@@ -24,7 +27,7 @@ impl Node {
         let mut allowed = vec![instance.inner_regions(); 2 * n_grasps + 2];
         allowed[0] = instance.start_regions.clone();
         allowed[2 * n_grasps + 1] = instance.goal_regions.clone();
-        Self { allowed, exits: Vec::new(), lower_bound: 0.0, depth: 0, is_refined: false }
+        Self { allowed, exits: Vec::new(), lower_bound: 0.0, depth: 0, is_refined: false, record: 0 }
     }
 
     /// Removes regions of a waypoint that share no connected region with its neighbors, until none is left; `false`
@@ -52,16 +55,26 @@ impl Node {
     }
 
     /// The part of the node in which waypoint `waypoint_idx` lies in one of `regions`.
-    pub fn restricted(&self, waypoint_idx: usize, regions: Vec<usize>) -> Self {
+    fn restricted(&self, waypoint_idx: usize, regions: Vec<usize>) -> Self {
         let mut child = self.clone();
         child.allowed[waypoint_idx] = regions;
         child.depth += 1;
         child
     }
 
+    /// Parts that together hold every plan of the node; some may be empty.
+    pub fn parts(&self, instance: &Instance, branching: &Branching) -> Vec<Self> {
+        match branching {
+            Branching::Waypoint(waypoint_idx, groups) => {
+                groups.iter().map(|regions| self.restricted(*waypoint_idx, regions.clone())).collect()
+            }
+            Branching::Cut(segment_idx, cut_idx) => self.split_by_cut(instance, *segment_idx, *cut_idx),
+        }
+    }
+
     /// The ways in which segment `segment_idx` can satisfy cut `cut_idx`: both ends among the cut's regions, neither, or
     /// through one of its exits.
-    pub fn split_by_cut(&self, instance: &Instance, segment_idx: usize, cut_idx: usize) -> Vec<Self> {
+    fn split_by_cut(&self, instance: &Instance, segment_idx: usize, cut_idx: usize) -> Vec<Self> {
         let cut = &instance.cuts[cut_idx];
         let mut children = Vec::with_capacity(2 + cut.exits.len());
         for side in [true, false] {
@@ -70,9 +83,7 @@ impl Node {
             for waypoint_idx in [segment_idx, segment_idx + 1] {
                 child.allowed[waypoint_idx].retain(|&idx| cut.is_reached[idx] == side);
             }
-            if !child.allowed[segment_idx].is_empty() && !child.allowed[segment_idx + 1].is_empty() {
-                children.push(child);
-            }
+            children.push(child);
         }
         for exit_idx in 0..cut.exits.len() {
             let mut child = self.clone();

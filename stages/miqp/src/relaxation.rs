@@ -9,27 +9,31 @@
 //! ```
 //!
 //! This is the hull of the union over r of the pairs, so what a single grasp can do at most holds in the relaxation
-//! already. With one set a waypoint it is the programme itself (thesis 2, Eq. 5.8 with regions fixed). A node that is not
+//! already. The solver's word counts for nothing: its multipliers are handed to the inequality of `proof.bin`
+//! ([`crate::proof`]), and what that gives is the bound. With one set a waypoint it is the programme itself (thesis 2, Eq. 5.8 with regions fixed). A node that is not
 //! *refined* first tries polytopes around many sets instead of the sets ([`crate::hull`]): smaller, hardly weaker.
 
 use crate::hull::{Hulls, sets};
 use crate::instance::{Instance, WaypointSet};
 use crate::kept_system::mode_of_segment;
 use crate::node::Node;
-use conic::{Affine, ConicError, ConicProgram, Settings, safe_farkas, safe_lower_bound, solve};
+use crate::proof::{KnownSupports, Multipliers, evaluate};
+use conic::{Affine, ConicError, ConicProgram, Settings, Solution, solve};
 use manipulation::PathMode;
 use nalgebra::DVector;
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// What a relaxation says of its node.
 #[derive(Debug, Clone)]
 pub enum Relaxed {
-    /// Proven to hold no plan.
-    Infeasible,
-    /// No plan of the node costs less than `lower_bound` (proven; -∞ if nothing is).
+    /// Proven to hold no plan, by these multipliers.
+    Infeasible(Multipliers),
+    /// No plan of the node costs less than `lower_bound` (proven; 0 if nothing is).
     Bounded {
         /// The proven bound.
         lower_bound: f64,
+        /// Multipliers that prove it.
+        multipliers: Multipliers,
         /// Values of x_0 … x_{2ℓ+1} and weights, if the solver has a solution.
         point: Option<RelaxedPoint>,
     },
@@ -61,9 +65,11 @@ struct WaypointVariables {
 struct Builder<'a> {
     instance: &'a Instance<'a>,
     program: ConicProgram,
-    lower: Vec<f64>,
-    upper: Vec<f64>,
     waypoints: Vec<WaypointVariables>,
+    /// For each segment and class the first of the rows of the kept forms.
+    form_rows: Vec<Vec<(Option<usize>, usize)>>,
+    /// For each exit the first of the rows of the kept forms.
+    exit_rows: Vec<(usize, usize)>,
 }
 
 /// Solves the relaxation of `node`.
@@ -94,21 +100,15 @@ impl<'a> Builder<'a> {
         Self {
             instance,
             program: ConicProgram::new(0),
-            lower: Vec::new(),
-            upper: Vec::new(),
             waypoints: Vec::new(),
+            form_rows: Vec::new(),
+            exit_rows: Vec::new(),
         }
-    }
-
-    fn add_variables(&mut self, lower: &[f64], upper: &[f64]) -> usize {
-        self.lower.extend_from_slice(lower);
-        self.upper.extend_from_slice(upper);
-        self.program.add_variables(lower.len())
     }
 
     /// An end of the chain, given; `region_idx` is one of its regions, all of which share their connected region.
     fn add_end(&mut self, q: &DVector<f64>, region_idx: usize) {
-        let first = self.add_variables(q.as_slice(), q.as_slice());
+        let first = self.program.add_variables(q.len());
         for k in 0..q.len() {
             self.program.add_equality(vec![(first + k, 1.0)], q[k]);
         }
@@ -119,20 +119,14 @@ impl<'a> Builder<'a> {
     /// A waypoint in the hull of `sets`, of which there is at least one.
     fn add_waypoint(&mut self, sets: &[WaypointSet]) {
         let n = self.instance.manipulation.dim();
-        let least = |k: usize| sets.iter().map(|set| set.outer.lower[k]).fold(f64::INFINITY, f64::min);
-        let most = |k: usize| sets.iter().map(|set| set.outer.upper[k]).fold(f64::NEG_INFINITY, f64::max);
-        let lower: Vec<f64> = (0..n).map(least).collect();
-        let upper: Vec<f64> = (0..n).map(most).collect();
-        let first = self.add_variables(&lower, &upper);
+        let first = self.program.add_variables(n);
         let mut parts = Vec::with_capacity(sets.len());
         for set in sets {
             let (part_first, weight) = if sets.len() == 1 {
                 (first, None)
             } else {
-                let zero_low: Vec<f64> = set.outer.lower.iter().map(|x| x.min(0.0)).collect();
-                let zero_high: Vec<f64> = set.outer.upper.iter().map(|x| x.max(0.0)).collect();
-                let part_first = self.add_variables(&zero_low, &zero_high);
-                let weight = self.add_variables(&[0.0], &[1.0]);
+                let part_first = self.program.add_variables(n);
+                let weight = self.program.add_variables(1);
                 self.program.add_less_equal(vec![(weight, -1.0)], 0.0);
                 (part_first, Some(weight))
             };
@@ -179,6 +173,7 @@ impl<'a> Builder<'a> {
             from.parts.iter().chain(&to.parts).map(|part| instance.class(mode, part.region_idx)).collect();
         let F = instance.manipulation.kept_forms(mode);
         let single = classes.len() == 1;
+        let mut form_rows = Vec::with_capacity(classes.len());
         for (class_idx, &class) in classes.iter().enumerate() {
             let members = |waypoint: &WaypointVariables| -> Vec<(usize, Option<usize>)> {
                 if single {
@@ -188,6 +183,7 @@ impl<'a> Builder<'a> {
                 waypoint.parts.iter().filter(of_class).map(|part| (part.first, part.weight)).collect()
             };
             let sides = [(members(from), 1.0), (members(to), -1.0)];
+            form_rows.push((class, self.program.n_rows()));
             for form in F.row_iter() {
                 let mut terms = Vec::new();
                 for (parts, sign) in &sides {
@@ -212,6 +208,7 @@ impl<'a> Builder<'a> {
                 self.program.add_equality(terms, -constant);
             }
         }
+        self.form_rows.push(form_rows);
     }
 
     /// A point y of the exit's overlap in the leaf of the segment: F y = F x_i.
@@ -219,33 +216,38 @@ impl<'a> Builder<'a> {
         let manipulation = self.instance.manipulation;
         let cut = &self.instance.cuts[cut_idx];
         let P = &cut.exits[exit_idx].polytope;
-        let joint_box = &manipulation.joint_box;
-        let y = self.add_variables(joint_box.lower.as_slice(), joint_box.upper.as_slice());
+        let y = self.program.add_variables(manipulation.dim());
         let x = self.waypoints[segment_idx].first;
         add_polytope(&mut self.program, P, y);
+        let n_forms = manipulation.kept_forms(cut.mode).nrows();
+        self.exit_rows.push((self.program.n_rows(), n_forms));
         add_same_leaf(&mut self.program, manipulation.kept_forms(cut.mode), x, y);
     }
 
     fn solve(self, node: &Node) -> Result<Relaxed, ConicError> {
         let solution = solve(&self.program, &Settings::default())?;
+        let n = self.instance.manipulation.dim();
+        let waypoint = |w: &WaypointVariables| DVector::from_column_slice(&solution.x[w.first..w.first + n]);
         // Whatever the status: only the inequality counts.
-        if !solution.status.has_solution()
-            && safe_farkas(&self.program, &solution.y, &self.lower, &self.upper)
-        {
-            return Ok(Relaxed::Infeasible);
+        let mut best = (0.0, Multipliers::default());
+        for is_farkas in [!solution.status.has_solution(), false] {
+            let multipliers = self.multipliers(&solution, is_farkas);
+            let mut known = KnownSupports::new();
+            let value = evaluate(self.instance, &node.allowed, &node.exits, &multipliers, &mut known);
+            if value.bound == f64::INFINITY {
+                return Ok(Relaxed::Infeasible(multipliers));
+            }
+            if value.bound > best.0 {
+                best = (value.bound, multipliers);
+            }
+            if solution.status.has_solution() {
+                break;
+            }
         }
-        let lower_bound = safe_lower_bound(&self.program, &solution.y, &solution.x, &self.lower, &self.upper);
+        let (lower_bound, multipliers) = best;
         let is_usable = solution.status.has_solution() && solution.x.iter().all(|x| x.is_finite());
         let point = is_usable.then(|| RelaxedPoint {
-            x: self
-                .waypoints
-                .iter()
-                .map(|w| {
-                    DVector::from_column_slice(
-                        &solution.x[w.first..w.first + self.instance.manipulation.dim()],
-                    )
-                })
-                .collect(),
+            x: self.waypoints.iter().map(waypoint).collect(),
             weights: self
                 .waypoints
                 .iter()
@@ -255,12 +257,37 @@ impl<'a> Builder<'a> {
                 })
                 .collect(),
         });
-        // Squares are not negative, whatever the multipliers say.
-        Ok(Relaxed::Bounded { lower_bound: lower_bound.max(0.0), point })
+        Ok(Relaxed::Bounded { lower_bound, multipliers, point })
     }
 }
 
 impl Builder<'_> {
+    /// The multipliers of steps, kept forms and exits; without steps if they are meant to prove that there is no plan.
+    fn multipliers(&self, solution: &Solution, is_farkas: bool) -> Multipliers {
+        let number = |values: &[f64], idx: usize| {
+            values.get(idx).copied().filter(|value| value.is_finite()).unwrap_or(0.0)
+        };
+        let n = self.instance.manipulation.dim();
+        // Rows are F x_i - F x_{i+1} = 0, terms of the inequality μ·F (x_{i+1} - x_i).
+        let kept = |first: usize, n_forms: usize| -> Vec<f64> {
+            (first..first + n_forms).map(|row| -number(&solution.y, row)).collect()
+        };
+        let segments = self.form_rows.iter().enumerate().map(|(segment_idx, rows)| {
+            let n_forms = self.instance.manipulation.kept_forms(mode_of_segment(segment_idx)).nrows();
+            let of_class = |&(class, first): &(Option<usize>, usize)| Some((class?, kept(first, n_forms)));
+            rows.iter().filter_map(of_class).collect::<BTreeMap<_, _>>()
+        });
+        let steps = self.waypoints.windows(2).map(|pair| {
+            let x = |w: &WaypointVariables, k: usize| number(&solution.x, w.first + k);
+            DVector::from_fn(n, |k, _| x(&pair[1], k) - x(&pair[0], k))
+        });
+        Multipliers {
+            steps: if is_farkas { Vec::new() } else { steps.collect() },
+            segments: segments.collect(),
+            exits: self.exit_rows.iter().map(|&(first, n_forms)| kept(first, n_forms)).collect(),
+        }
+    }
+
     /// Weight of the part that stands for region `idx`: its own, or the block of its connected regions.
     fn weight_of(&self, waypoint: &WaypointVariables, idx: usize, x: &[f64]) -> f64 {
         let classes = |idx: usize| {

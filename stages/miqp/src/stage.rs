@@ -3,7 +3,7 @@
 use crate::error::MiqpError;
 use crate::grasp_plan::{PlanOutcome, PlanSink, Question, plan};
 use crate::options::MiqpOptions;
-use ipc_types::artefact::{PlanFile, PlanStatus, Tried, TriedStatus};
+use ipc_types::artefact::{PlanFile, PlanStatus, ProofFile, Tried, TriedStatus};
 use manipulation::Manipulation;
 use stage_kit::{Host, Input, Job, Outcome, Stage, StageError, StageName, spans};
 use std::time::Instant;
@@ -47,18 +47,19 @@ impl Stage for MiqpStage {
         };
         let stop = host.stop_flag();
         let max_grasps = if options.max_grasps > 0 { options.max_grasps } else { task.max_grasps };
-        let mut sink = HostSink { host, max_grasps, since: Instant::now(), seconds: Vec::new(), nodes: 0 };
+        let mut sink =
+            HostSink { host, max_grasps, since: Instant::now(), seconds: Vec::new(), nodes: 0, proof: None };
         let outcome = {
             let _span = spans::enter("miqp.plan", polytopes.len() as u64);
             plan(&question, options, &mut sink, &|| stop.is_set()).map_err(of_plan)?
         };
-        let (seconds, nodes) = (sink.seconds, sink.nodes);
+        let (seconds, nodes, proof) = (sink.seconds, sink.nodes, sink.proof);
         host.solver_calls(nodes);
         host.detail("seconds_per_n_grasps", seconds);
         match outcome {
             PlanOutcome::Settled(file) => {
                 let ending = ending_of(&file);
-                host.plan(file)?;
+                host.plan(file, proof)?;
                 Ok(ending)
             }
             PlanOutcome::Open { is_canceled: true, .. } => Err(StageError::Stopped),
@@ -109,6 +110,7 @@ struct HostSink<'a, 'b> {
     since: Instant,
     seconds: Vec<(usize, f64)>,
     nodes: u64,
+    proof: Option<ProofFile>,
 }
 
 impl PlanSink for HostSink<'_, '_> {
@@ -120,6 +122,10 @@ impl PlanSink for HostSink<'_, '_> {
         let message = format!("{} grasps: {}", tried.n_grasps, tried.reason);
         let value = tried.cost.unwrap_or(0.0);
         self.host.progress(tried.n_grasps as u64, self.max_grasps as u64, value, &message);
+    }
+
+    fn proof(&mut self, proof: ProofFile) {
+        self.proof = Some(proof);
     }
 
     fn incumbent(&mut self, n_grasps: usize, cost: f64, lower_bound: f64) {

@@ -24,7 +24,7 @@ fn digest(run: &Path) -> Digest {
 }
 
 /// Changes an artefact and writes it as whoever forges a run would: both twins, digests right.
-fn forge<A: Artefact>(run: &Path, stage: &str, name: &str, change: impl Fn(&mut A)) {
+pub fn forge<A: Artefact>(run: &Path, stage: &str, name: &str, change: impl Fn(&mut A)) {
     let digest = digest(run);
     let folder = run.join(stage);
     let mut value: A = store::read_bin(&folder.join(format!("{name}.bin")), None).expect("an artefact");
@@ -41,11 +41,13 @@ pub fn certificates(change: fn(&mut CertificatesFile)) -> Box<dyn Fn(&Path)> {
     Box::new(move |run| forge(run, "certify", "certificates", change))
 }
 
-fn regions(change: fn(&mut RegionsFile)) -> Box<dyn Fn(&Path)> {
+/// Changes the regions.
+pub fn regions(change: fn(&mut RegionsFile)) -> Box<dyn Fn(&Path)> {
     Box::new(move |run| forge(run, "certify", "regions", change))
 }
 
-fn plan(change: fn(&mut PlanFile)) -> Box<dyn Fn(&Path)> {
+/// Changes the plan.
+pub fn plan(change: fn(&mut PlanFile)) -> Box<dyn Fn(&Path)> {
     Box::new(move |run| forge(run, "miqp", "plan", change))
 }
 
@@ -54,7 +56,7 @@ fn trajectory(change: fn(&mut TrajectoryFile)) -> Box<dyn Fn(&Path)> {
 }
 
 /// Changes bytes of a file.
-fn bytes(file: &'static str, change: fn(&mut Vec<u8>)) -> Box<dyn Fn(&Path)> {
+pub fn bytes(file: &'static str, change: fn(&mut Vec<u8>)) -> Box<dyn Fn(&Path)> {
     Box::new(move |run| {
         let file = run.join(file);
         let mut bytes = std::fs::read(&file).expect("a file of the run");
@@ -98,6 +100,7 @@ pub fn all_damages() -> Vec<Damage> {
     let mut all = files();
     all.extend(of_regions());
     all.extend(super::certificate_damage::all());
+    all.extend(super::answer_damage::all());
     all.extend(of_plan());
     all.extend(of_trajectory());
     all

@@ -24,7 +24,8 @@ pub use leaf::{Leaf, PathMode, reached_in_leaf};
 pub use manipulation::Manipulation;
 pub use overlap::{Overlap, Overlaps, overlap_of, overlap_of_all};
 pub use proof::{
-    Emptiness, Outer, contains_exactly, proven_box, proven_contained, proven_empty, proven_maximum, solve,
+    Emptiness, Outer, bound_above, contains_exactly, proven_box, proven_contained, proven_empty,
+    proven_maximum, solve,
 };
 pub use rounding::Enclosure;
 pub use space::polytope_of_space;

@@ -3,7 +3,7 @@
 use crate::output::Output;
 use crate::process::{Stop, StopFlag};
 use crate::stage::StageError;
-use ipc_types::artefact::{Coverage, LeafCut, PlanFile, Region, Segment};
+use ipc_types::artefact::{Coverage, LeafCut, PlanFile, ProofFile, Region, Segment};
 use ipc_types::container::CertifiedPart;
 use ipc_types::join::write_part;
 use ipc_types::{Digest, validate};
@@ -147,11 +147,12 @@ impl<'a> Host<'a> {
         Ok(())
     }
 
-    /// miqp: the plan, once; also of an infeasible task.
-    pub fn plan(&mut self, plan: PlanFile) -> Result<(), StageError> {
+    /// miqp: the plan, once, and its proof; also of an infeasible task.
+    pub fn plan(&mut self, plan: PlanFile, proof: Option<ProofFile>) -> Result<(), StageError> {
         validate::plan(&plan, self.dim)
             .map_err(|rule| StageError::Failed(format!("the plan is not well formed: {rule}")))?;
         self.output.plan = Some(plan);
+        self.output.proof = proof;
         Ok(())
     }
 

@@ -3,12 +3,12 @@
 use crate::inputs::Job;
 use crate::stage::StageError;
 use ipc_types::artefact::{
-    Coverage, CutsFile, LeafCut, PlanFile, Region, RegionsFile, Segment, TrajectoryFile,
+    Coverage, CutsFile, LeafCut, PlanFile, ProofFile, Region, RegionsFile, Segment, TrajectoryFile,
 };
 use ipc_types::container::CertifiedPart;
 use ipc_types::join::{join_certified, write_certified};
 use ipc_types::stage_name::StageName;
-use ipc_types::store::{write_artefact, write_at_once};
+use ipc_types::store::{write_artefact, write_at_once, write_bin};
 use std::collections::BTreeMap;
 use std::path::Path;
 
@@ -19,6 +19,7 @@ pub(crate) struct Output {
     pub coverage: Option<Coverage>,
     pub certified: BTreeMap<u64, CertifiedPart>,
     pub plan: Option<PlanFile>,
+    pub proof: Option<ProofFile>,
     pub segments: BTreeMap<u64, Segment>,
     pub cuts: Vec<LeafCut>,
     pub solver_calls: u64,
@@ -42,7 +43,12 @@ impl Output {
                 write_certified(folder, &regions, &certificates, digest)
             }
             StageName::Miqp => match &self.plan {
-                Some(plan) => write_artefact(folder, "plan", plan, digest),
+                Some(plan) => {
+                    if let Some(proof) = &self.proof {
+                        write_bin(folder, "proof", proof, digest)?;
+                    }
+                    write_artefact(folder, "plan", plan, digest)
+                }
                 None => Ok(()),
             },
             StageName::Gcs => {
