@@ -132,7 +132,7 @@ impl Instance {
             for c in 0..side {
                 for r in 0..side {
                     let cost = from[c * side + r];
-                    if !(cost < f64::INFINITY) || !joined(mode, (c, r), (c, r)) {
+                    if cost == f64::INFINITY || !joined(mode, (c, r), (c, r)) {
                         continue;
                     }
                     for forward in [true, false] {
