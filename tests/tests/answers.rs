@@ -12,7 +12,7 @@ use ipc_types::artefact::{
 };
 use manipulation::{Manipulation, Outer};
 use miqp::{MiqpOptions, PlanOutcome, PlanSink, Question, plan};
-use nalgebra::DVector;
+use nalgebra::{DMatrix, DVector};
 use proptest::prelude::*;
 use scene::{Space, Task};
 
@@ -81,19 +81,14 @@ impl Instance {
                 self.0 = Some(proof);
             }
         }
-        let polytopes: Vec<HPolyhedron> = self
-            .boxes
-            .iter()
-            .map(|sides| {
-                let corner = |end: fn(&(usize, usize)) -> usize| {
-                    DVector::from_iterator(2, sides.iter().map(|side| number(end(side))))
-                };
-                HPolyhedron::from_box(&corner(|side| side.0), &corner(|side| side.1))
-            })
-            .collect();
+        let polytope = |region: &Region| HPolyhedron {
+            A: DMatrix::from_fn(region.A.len(), 2, |row, k| region.A[row][k]),
+            b: DVector::from_column_slice(&region.b),
+        };
+        let polytopes: Vec<HPolyhedron> = self.regions.iter().map(polytope).collect();
         let joint_box = Outer { lower: DVector::zeros(2), upper: DVector::repeat(2, 1.0) };
         let manipulation = Manipulation::from_parts(joint_box, &self.task, &polytopes).expect("boxes");
-        let ids: Vec<u64> = (0..self.boxes.len() as u64).collect();
+        let ids: Vec<u64> = self.regions.iter().map(|region| region.id).collect();
         let question = Question {
             manipulation: &manipulation,
             region_ids: &ids,
@@ -306,6 +301,41 @@ fn the_enumeration_finds_what_is_there() {
     // No common column.
     let apart = Instance::new(vec![[(0, 2), (0, 2)], [(5, 8), (5, 8)]], (0, GRID), (4, 4));
     assert!(apart.enumerated().iter().all(|cost| *cost == f64::INFINITY));
+}
+
+/// A = {r ≤ 0.6 - c} and B = {r ≥ c} overlap, but in the column c only up to 0.3; the way from A to B at c = 0.5 leads over
+/// two grasps. The planner learns of it by a leaf cut; the proof derives the exits anew, and needs no cut file.
+#[test]
+fn a_leaf_cut_is_proven_from_the_regions_alone() {
+    let mut instance = Instance::new(vec![[(0, GRID), (0, GRID)]; 2], (0, GRID), (0, 0));
+    for (region, (a, b)) in instance.regions.iter_mut().zip([([1.0, 1.0], 0.6), ([1.0, -1.0], 0.0)]) {
+        region.A.push(a.to_vec());
+        region.b.push(b);
+    }
+    instance.task.transfer_keep = vec![DVector::from_vec(vec![0.0, 1.0])];
+    instance.task.start = DVector::from_vec(vec![0.5, 0.05]);
+    instance.task.goal = DVector::from_vec(vec![0.5, 0.95]);
+    let (before, proof) = instance.planned(&[]).expect("a plan");
+    assert_eq!(before.n_grasps, Some(0));
+    assert_eq!(instance.verdict(&before, &proof).map(|answer| answer.fewest), Ok(0));
+    let cut = LeafCut { mode: Mode::Transit, reached: vec![0], exits: Vec::new() };
+    let (after, proof) = instance.planned(&[cut]).expect("a plan");
+    assert_eq!((after.status, after.n_grasps), (PlanStatus::Optimal, Some(2)));
+    let nodes = || proof.searches.iter().flat_map(|search| &search.nodes);
+    assert!(nodes().any(|node| matches!(node, ProofNode::Cut { .. })), "the proof splits by no cut");
+    let answer = instance.verdict(&after, &proof).expect("a proof that holds");
+    assert_eq!(answer.fewest, 2);
+    assert!(answer.cost_lower_bound > after.cost.map(|cost| cost * 0.999), "{answer:?} {after:?}");
+    // Any other set of regions gives other exits.
+    let mut forged = proof.clone();
+    forged.cuts[0].inside.clear();
+    let error = instance.verdict(&after, &forged).expect_err("a cut about nothing").to_string();
+    assert!(error.contains("left possible") || error.contains("tree"), "{error}");
+    // Without its multipliers nothing keeps a segment from the exit.
+    let mut forged = proof.clone();
+    forged.bounds.iter_mut().flat_map(|bound| &mut bound.exits).for_each(|(kept, _)| kept.fill(0.0));
+    let error = instance.verdict(&after, &forged).expect_err("an exit without multipliers").to_string();
+    assert!(error.contains("left possible"), "{error}");
 }
 
 proptest! {

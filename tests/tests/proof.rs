@@ -8,7 +8,7 @@ mod certificate_damage;
 mod damage;
 
 use damage::{Damage, all_damages};
-use pipeline_tests::programs::{Finished, plan, program};
+use pipeline_tests::programs::{Finished, bytes, plan, program};
 use pipeline_tests::scenes::scene;
 use std::path::Path;
 
@@ -36,6 +36,8 @@ fn a_good_run_is_accepted_and_every_damage_to_it_is_named() {
     plan(&scene("bottle-cap-3dof"), &good, &[]).expect_code(0);
     let accepted = check(&good).expect_code(0);
     assert!(accepted.stderr.contains("accepted"), "{}", accepted.stderr);
+    assert!(accepted.stderr.contains("no motion has fewer than 10 grasps"), "{}", accepted.stderr);
+    assert!(!accepted.stderr.contains("not verified: that"), "{}", accepted.stderr);
 
     let damages = all_damages();
     assert!(damages.len() >= 80, "{} kinds of damage", damages.len());
@@ -54,6 +56,47 @@ fn a_good_run_is_accepted_and_every_damage_to_it_is_named() {
         std::fs::remove_dir_all(&run).expect("the copy is removed");
     }
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+/// Also where the answer is no: that is what the proof is for.
+#[test]
+fn that_there_is_no_plan_is_replayed() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let cases = [("two-rooms-closed", "3", 3), ("bottle-cap-3dof", "9", 9)];
+    for (name, most, n_grasps) in cases {
+        let run = folder.path().join(name);
+        plan(&scene(name), &run, &["--max-grasps", most]).expect_code(1);
+        let answer = check(&run).expect_code(0);
+        let expected = format!("there is no motion with at most {n_grasps} grasps");
+        assert!(answer.stderr.contains(&expected), "{}", answer.stderr);
+        assert!(!answer.stderr.contains("not verified"), "{}", answer.stderr);
+    }
+}
+
+/// A program in place of miqp need not write a proof; then the answer is its word, and the motion is verified all the same.
+#[test]
+fn an_answer_without_its_proof_is_not_verified() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let run = folder.path().join("run");
+    plan(&scene("two-rooms"), &run, &[]).expect_code(0);
+    std::fs::remove_file(run.join("miqp/proof.bin")).expect("a proof");
+    let answer = check(&run).expect_code(0);
+    assert!(answer.stderr.contains("accepted"), "{}", answer.stderr);
+    let expected = "not verified: that no plan has fewer grasps or less cost";
+    assert!(answer.stderr.contains(expected), "{}", answer.stderr);
+    assert!(!answer.stderr.contains("proven over these regions"), "{}", answer.stderr);
+}
+
+/// The same inputs give the same proof, byte for byte, whatever the number of workers.
+#[test]
+fn a_proof_is_reproducible() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let of = |workers: &str| {
+        let run = folder.path().join(workers);
+        plan(&scene("bottle-cap-3dof"), &run, &["--workers", workers]).expect_code(0);
+        bytes(&run, "miqp/proof.bin")
+    };
+    assert!(of("1") == of("3"), "the proofs differ");
 }
 
 #[test]

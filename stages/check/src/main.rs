@@ -145,11 +145,15 @@ fn proven(answer: &Answer) -> String {
         (Some(cost), Some(bound)) => {
             let fewer = match answer.fewest {
                 0 => "no grasp is needed".to_owned(),
-                fewest => format!("no motion has fewer than {fewest} grasps"),
+                fewest => format!("no motion has fewer than {}", grasps(fewest)),
             };
             format!("{fewer}; as many as here cost at least {bound:.6}, here {cost:.6} {nodes}")
         }
-        (Some(_), None) => format!("no motion has fewer than {} grasps {nodes}", answer.fewest),
-        _ => format!("no motion has at most {} grasps {nodes}", answer.fewest.saturating_sub(1)),
+        (Some(_), None) => format!("no motion has fewer than {} {nodes}", grasps(answer.fewest)),
+        _ => format!("there is no motion with at most {} {nodes}", grasps(answer.fewest.saturating_sub(1))),
     }
+}
+
+fn grasps(n: usize) -> String {
+    format!("{n} {}", if n == 1 { "grasp" } else { "grasps" })
 }
