@@ -188,12 +188,12 @@ fn of_regions() -> Vec<Damage> {
         damage(
             "a face is widened",
             regions(|f| region(f).b.iter_mut().for_each(|b| *b += 1e-3)),
-            "is not face",
+            "of its certificate is not",
         ),
         damage(
             "a face is turned",
             regions(|f| region(f).A.iter_mut().for_each(|a| a.swap(1, 2))),
-            "is not face",
+            "of its certificate is not",
         ),
         damage(
             "a face is dropped",
@@ -202,7 +202,7 @@ fn of_regions() -> Vec<Damage> {
                 r.A.remove(0);
                 r.b.remove(0);
             }),
-            "is not face",
+            "of its certificate is not",
         ),
         damage("an offset is not a number", regions(|f| region(f).b[0] = f64::INFINITY), "regions.json"),
         damage(
