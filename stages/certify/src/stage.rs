@@ -29,6 +29,9 @@ struct Account {
     cells: u64,
     cuts: usize,
     reason: String,
+    /// Whether the budget ended before the answer.
+    #[serde(skip)]
+    is_limit: bool,
 }
 
 impl Stage for CertifyStage {
@@ -41,13 +44,9 @@ impl Stage for CertifyStage {
 
     fn run(&mut self, job: &Job, options: &CertifyOptions, host: &mut Host) -> Result<Outcome, StageError> {
         let scene = &job.scene;
-        let clearance = |pair: CollisionPair| match &job.task {
-            Some(task) => scene.required_clearance(task, pair),
-            None => 0.0,
-        };
+        let clearance = |pair: CollisionPair| job.required_clearance(pair);
         let certifier = Certifier::new(scene, clearance, options, job.seed).map_err(StageError::bad_input)?;
-        let margin = job.task.as_ref().map_or(0.0, |task| task.clearance);
-        let work = Work { scene, certifier: &certifier, purpose: &purpose_of(job), margin };
+        let work = Work { scene, certifier: &certifier, purpose: &purpose_of(job), margin: job.clearance };
         let accounts = certify_all(&work, options, host)?;
         let n_certified = accounts.values().filter(|account| account.faces > 0).count();
         let rejected: Vec<&Account> = accounts.values().filter(|account| account.faces == 0).collect();
@@ -56,7 +55,10 @@ impl Stage for CertifyStage {
         let words = format!("{n_certified} of {} candidates certified", accounts.len());
         match rejected.first() {
             Some(first) if n_certified == 0 => {
-                Ok(Outcome::Negative(format!("{words}; candidate {}: {}", first.candidate, first.reason)))
+                let words = format!("{words}; candidate {}: {}", first.candidate, first.reason);
+                // A limit that was hit proves nothing.
+                let is_limit = rejected.iter().any(|account| account.is_limit);
+                Ok(if is_limit { Outcome::Limit(words) } else { Outcome::Negative(words) })
             }
             Some(first) => {
                 Ok(Outcome::Done(format!("{words}; not candidate {}: {}", first.candidate, first.reason)))
@@ -189,6 +191,7 @@ impl Work<'_> {
             cells: 0,
             cuts: 0,
             reason: String::new(),
+            is_limit: false,
         };
         let name = |pair: CollisionPair| {
             format!("{} – {}", self.scene.bodies[pair.body_a].name, self.scene.bodies[pair.body_b].name)
@@ -199,7 +202,7 @@ impl Work<'_> {
                 account.reason = format!("{}: {reason}, at {configuration:?}", name(pair));
             }
             CertifyOutcome::Limit { pair, n_cells } => {
-                account.cells = n_cells;
+                (account.cells, account.is_limit) = (n_cells, true);
                 account.reason = format!("{}: {n_cells} cells were not enough", name(pair));
             }
             CertifyOutcome::Certified(certified) => {

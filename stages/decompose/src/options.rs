@@ -70,8 +70,8 @@ pub struct Options {
     #[arg(long, default_value_t = 1)]
     pub threads: usize,
     /// Grow one region around each of these configurations, and nothing else. Comma-separated coordinates;
-    /// repeat for more.
-    #[arg(long, value_name = "Q0,Q1,…", allow_hyphen_values = true)]
+    /// repeat for more, or put `;` between them.
+    #[arg(long, value_name = "Q0,Q1,…", allow_hyphen_values = true, value_delimiter = ';')]
     pub region_at: Vec<String>,
     /// Grow one region that contains each of these segments, and nothing else. Both ends, each as in --region-at;
     /// repeat for more.

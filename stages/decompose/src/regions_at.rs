@@ -117,6 +117,7 @@ fn single_regions<S: Sink>(
             };
             sink.region(&region)?;
             regions.push(region);
+            sink.progress(regions.len(), 0.0, "");
         }
     }
     Ok(regions)

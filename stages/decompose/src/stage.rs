@@ -23,10 +23,7 @@ impl Stage for DecomposeStage {
 
     fn run(&mut self, job: &Job, options: &Options, host: &mut Host) -> Result<Outcome, StageError> {
         let task = job.task.as_ref();
-        let checker = match task {
-            Some(task) => CollisionChecker::for_task(&job.scene, task),
-            None => CollisionChecker::new(&job.scene),
-        };
+        let checker = CollisionChecker::with_clearances(&job.scene, |pair| job.required_clearance(pair));
         options.check().map_err(StageError::bad_input)?;
         let problem = problem_of_scene(&job.scene, task, &checker);
         let named = |j: usize| job.scene.coordinates[j].name.clone();

@@ -39,8 +39,7 @@ fn work<S: Stage>(args: &RunArgs<S::Options>, ending: &mut Ending) -> Result<(),
     }
     let (scene, task) = load_scene(&args.given.scene, args.given.task.as_deref(), args.given.clearance)?;
     ending.scene = ServedScene::of(&scene, task.as_ref());
-    let mut job =
-        Job { scene, task, seed: args.given.seed, regions: Vec::new(), plan: None, cuts: Vec::new() };
+    let mut job = Job::new(scene, task, args.given.clearance, args.given.seed);
     let mut carrier = FileCarrier::default();
     if let Some(input) = input {
         load_artefacts(&mut job, S::READS, input)?;

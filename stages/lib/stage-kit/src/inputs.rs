@@ -5,7 +5,7 @@ use ipc_types::Digest;
 use ipc_types::artefact::{CutsFile, LeafCut, PlanFile, Region, RegionsFile};
 use ipc_types::store::{StoreError, find_artefact, read_artefact};
 use ipc_types::validate::{self, Violation};
-use scene::{Scene, Task};
+use scene::{CollisionPair, Scene, Task};
 use std::collections::BTreeSet;
 use std::path::Path;
 
@@ -47,6 +47,8 @@ pub struct Job {
     pub scene: Scene,
     /// The task; `None` only if the scene has none. `--clearance` has replaced its clearance.
     pub task: Option<Task>,
+    /// Distance to keep between bodies, metres: `--clearance`, else the task's, else 0.
+    pub clearance: f64,
     /// Seed of all random numbers.
     pub seed: u64,
     /// Certified regions, sorted by id; empty unless the stage reads [`Input::Regions`].
@@ -58,6 +60,18 @@ pub struct Job {
 }
 
 impl Job {
+    /// A job before its artefacts are read.
+    pub(crate) fn new(scene: Scene, task: Option<Task>, clearance: Option<f64>, seed: u64) -> Job {
+        let clearance = clearance.or(task.as_ref().map(|task| task.clearance)).unwrap_or(0.0);
+        Job { scene, task, clearance, seed, regions: Vec::new(), plan: None, cuts: Vec::new() }
+    }
+
+    /// Distance in metres that the bodies of `pair` must keep, whether there is a task or not: 0, which is no
+    /// penetration, for bodies that come into contact by design.
+    pub fn required_clearance(&self, pair: CollisionPair) -> f64 {
+        if self.scene.is_contact_pair(pair) { 0.0 } else { self.clearance }
+    }
+
     /// The task, for stages that cannot work without one.
     pub fn task(&self) -> Result<&Task, StageError> {
         self.task.as_ref().ok_or_else(|| {

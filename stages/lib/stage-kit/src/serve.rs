@@ -58,7 +58,7 @@ fn jobs<S: Stage>(
         options_digest: options_digest::<S>(given),
         run: args.run.clone(),
     };
-    let mut job = Job { scene, task, seed: given.seed, regions: Vec::new(), plan: None, cuts: Vec::new() };
+    let mut job = Job::new(scene, task, given.clearance, given.seed);
     if S::READS.contains(&Input::Regions) {
         // Found out before others have worked in vain.
         job.task()?;
