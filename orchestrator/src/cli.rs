@@ -21,6 +21,8 @@ pub struct Cli {
 pub enum Command {
     /// Plan a scene: regions, certificates, grasps, paths.
     Plan(PlanArgs),
+    /// Regions of a scene and their certificates, without a plan; the scene needs no task.
+    Regions(RegionsArgs),
     /// Run one stage of an earlier run again; the stages after it become stale.
     Rerun(RerunArgs),
     /// Verify a run with the independent checker.
@@ -65,6 +67,32 @@ impl CertifyMethod {
 /// Arguments of `regrasp plan`.
 #[derive(Debug, Args)]
 pub struct PlanArgs {
+    /// What every new run is given.
+    #[command(flatten)]
+    pub run: NewRunArgs,
+    /// Largest number of grasps to try. Default: the task's.
+    #[arg(long, value_name = "K")]
+    pub max_grasps: Option<u32>,
+}
+
+/// Arguments of `regrasp regions`.
+#[derive(Debug, Args)]
+pub struct RegionsArgs {
+    /// What every new run is given.
+    #[command(flatten)]
+    pub run: NewRunArgs,
+    /// Grow a region around this configuration, and nothing else: comma-separated coordinates in the scene's order;
+    /// repeat for more. Without it the regions cover CS_free.
+    #[arg(long, value_name = "Q0,Q1,…", allow_hyphen_values = true)]
+    pub region_at: Vec<String>,
+    /// With --region-at: half-width of the box, radians or metres, that each region stays in.
+    #[arg(long, value_name = "R", value_parser = half_width, requires = "region_at")]
+    pub radius: Option<f64>,
+}
+
+/// What every new run is given.
+#[derive(Debug, Args)]
+pub struct NewRunArgs {
     /// Scene folder, or its `scene.toml`.
     pub scene: PathBuf,
     /// Task of the scene; a single one needs no choice.
@@ -82,13 +110,10 @@ pub struct PlanArgs {
     /// Share of CS_free, CG and CP that the regions should cover.
     #[arg(long, value_name = "C", value_parser = share)]
     pub coverage: Option<f64>,
-    /// Largest number of grasps to try. Default: the task's.
-    #[arg(long, value_name = "K")]
-    pub max_grasps: Option<u32>,
     /// How regions are certified.
     #[arg(long, value_enum, default_value_t = CertifyMethod::Swept)]
     pub certify: CertifyMethod,
-    /// Distance to keep between bodies, metres. Default: the task's.
+    /// Distance to keep between bodies, metres. Default: the task's, or 0.
     #[arg(long, value_name = "M", value_parser = distance)]
     pub clearance: Option<f64>,
     /// Option of a stage, as in `--set decompose.coverage=0.9`; `regrasp-<stage> run --help` lists them.
@@ -223,6 +248,14 @@ fn distance(text: &str) -> Result<f64, String> {
     }
 }
 
+/// Half the width of a box.
+fn half_width(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(value) if value > 0.0 && value.is_finite() => Ok(value),
+        _ => Err("expected a positive number of radians or metres, such as 0.75".into()),
+    }
+}
+
 /// A positive time.
 fn seconds(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
@@ -250,9 +283,21 @@ mod tests {
     }
 
     #[test]
+    fn regions_around_configurations_with_negative_coordinates() {
+        let words =
+            ["regrasp", "regions", "s", "--region-at", "-0.1,2", "--region-at", "0,1", "--radius", "0.5"];
+        let Command::Regions(args) = Cli::try_parse_from(words).unwrap().command else {
+            panic!("not regions")
+        };
+        assert_eq!((args.region_at, args.radius), (vec!["-0.1,2".into(), "0,1".into()], Some(0.5)));
+        assert!(Cli::try_parse_from(["regrasp", "regions", "s", "--radius", "0.5"]).is_err());
+        assert!(Cli::try_parse_from(["regrasp", "regions", "s", "--max-grasps", "3"]).is_err());
+    }
+
+    #[test]
     fn certify_none_is_a_word() {
         let cli = Cli::try_parse_from(["regrasp", "plan", "s", "--certify", "none"]).unwrap();
         let Command::Plan(plan) = cli.command else { panic!("not a plan") };
-        assert_eq!(plan.certify, CertifyMethod::None);
+        assert_eq!(plan.run.certify, CertifyMethod::None);
     }
 }

@@ -21,6 +21,9 @@ pub struct RunRecord {
     pub scene: String,
     /// BLAKE3 of the files of the scene, hexadecimal; empty until a stage has read them.
     pub scene_digest: String,
+    /// What was asked for.
+    #[serde(default)]
+    pub asked: Asked,
     /// Task, if one was chosen.
     pub task: Option<String>,
     /// Seed of all random numbers.
@@ -45,6 +48,27 @@ pub struct RunRecord {
     pub stages: Vec<StageRecord>,
     /// Outcome of the acceptance check; `None` (null) if it was not reached.
     pub acceptance: Option<Acceptance>,
+}
+
+/// What a run is for.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Asked {
+    /// A plan and its paths: all stages.
+    #[default]
+    Plan,
+    /// Regions and their certificates, nothing after them.
+    Regions,
+}
+
+impl Asked {
+    /// The last stage that such a run needs.
+    pub fn last_stage(self) -> StageName {
+        match self {
+            Asked::Plan => StageName::Gcs,
+            Asked::Regions => StageName::Certify,
+        }
+    }
 }
 
 /// How a run ended.
@@ -143,6 +167,7 @@ pub(crate) mod tests {
             version: "0.1.0".into(),
             scene: "scenes/x".into(),
             scene_digest: "00".into(),
+            asked: Asked::Plan,
             task: None,
             seed: 3,
             workers: 2,

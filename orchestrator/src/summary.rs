@@ -4,7 +4,7 @@ use crate::cli::CertifyMethod;
 use crate::quantity::{bytes, count, figure, seconds, share};
 use crate::results::Results;
 use crate::run_directory::RunDirectory;
-use crate::run_record::{Acceptance, Outcome, StageRecord};
+use crate::run_record::{Acceptance, Asked, Outcome, StageRecord};
 use ipc_types::artefact::{Coverage, Tried, TriedStatus};
 use serde::Serialize;
 use std::fmt::Write;
@@ -14,6 +14,8 @@ use std::fmt::Write;
 pub struct Summary<'a> {
     /// Run directory.
     pub run: String,
+    /// What was asked for.
+    pub asked: Asked,
     /// How it ended.
     pub outcome: &'a Outcome,
     /// Whether every part of the trajectory is certified; `null` without a trajectory.
@@ -58,6 +60,7 @@ impl<'a> Summary<'a> {
         };
         Summary {
             run: run.path().display().to_string(),
+            asked: results.record.asked,
             outcome: &results.record.outcome,
             certified: results.certified(),
             certification: certification(results),
@@ -123,6 +126,8 @@ impl<'a> Summary<'a> {
                     self.length_lower_bound.map(|b| format!(" (at least {})", figure(b))).unwrap_or_default();
                 format!("{}, length {}{bound}, {}", count(n, "grasp"), figure(length), self.certification)
             }
+            // Regions alone are all that such a run speaks of.
+            _ if self.asked == Asked::Regions => self.outcome.message.trim_end_matches('.').to_owned(),
             _ => format!("{}; {}", self.outcome.message.trim_end_matches('.'), self.certification),
         }
     }
@@ -156,6 +161,12 @@ pub fn certification(results: &Results) -> String {
             let (all, open) =
                 segments.fold((0, 0), |(all, open), s| (all + 1, open + usize::from(!s.certified)));
             format!("not certified: {open} of {all} segments are not")
+        }
+        None if results.record.asked == Asked::Regions => {
+            let certified =
+                results.regions.iter().flat_map(|file| &file.regions).filter(|r| r.certified).count();
+            let asked = results.candidates.as_ref().map_or(0, |file| file.regions.len());
+            format!("{certified} of {} certified", count(asked, "region"))
         }
         None => "no trajectory to certify".into(),
     }

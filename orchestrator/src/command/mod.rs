@@ -3,8 +3,10 @@
 mod clean;
 mod delegate;
 mod list_stages;
+mod new_run;
 mod plan;
 mod profile;
+mod regions;
 mod report;
 mod rerun;
 mod show;
@@ -16,6 +18,7 @@ use crate::failure::{ExitCode, Failure};
 pub fn run(command: &Command) -> Result<ExitCode, Failure> {
     match command {
         Command::Plan(args) => plan::plan(args),
+        Command::Regions(args) => regions::regions(args),
         Command::Rerun(args) => rerun::rerun(args),
         Command::Check(args) => delegate::check(args),
         Command::CertifyPath(args) => delegate::certify_path(args),

@@ -1,120 +1,17 @@
 //! `regrasp plan`: from scene to certified plan.
 
-use crate::cli::{CertifyMethod, PlanArgs};
+use super::new_run::{new_run, request};
+use crate::cli::PlanArgs;
 use crate::failure::{ExitCode, Failure};
-use crate::pipeline::{self, PipelineOutcome, PlanRequest};
-use crate::progress::Progress;
-use crate::report::write_report;
-use crate::results::Results;
-use crate::run_directory::RunDirectory;
-use crate::run_record::{Outcome, RUN_FORMAT, RunRecord};
-use crate::stage::{StageCommands, StageOptions};
-use crate::summary::Summary;
+use crate::run_record::Asked;
+use crate::stage::StageOptions;
 use ipc_types::stage_name::StageName;
-use std::time::{Duration, Instant};
 
-/// Plans, records, reports. Bad input leaves no run directory behind: the next attempt may take the same name.
+/// Plans, records, reports.
 pub fn plan(args: &PlanArgs) -> Result<ExitCode, Failure> {
-    let request = request(args)?;
-    // Also says that the scene is not there before a directory is made for it.
-    crate::run_directory::scene_name(&args.scene)?;
-    if args.certify == CertifyMethod::Sos {
-        return Err(Failure::bad_input(
-            "--certify sos: sums of squares are not in this version; use `--certify swept`, or `none`",
-        ));
-    }
-    let run = match &args.out {
-        Some(path) => RunDirectory::create_at(path)?,
-        None => RunDirectory::create_next(&args.scene)?,
-    };
-    let mut record = new_record(args, &request);
-    let mut progress = Progress::new();
-    let start = Instant::now();
-    let outcome = record.write(run.path()).and_then(|()| pipeline::plan(&request, &run, &mut progress));
-    progress.finish();
-    record.seconds = start.elapsed().as_secs_f64();
-    match outcome {
-        Ok(outcome) => {
-            put_outcome(&mut record, &outcome);
-            record.write(run.path())?;
-            finish(&run, args.json)?;
-            Ok(outcome.exit_code)
-        }
-        Err(failure) if failure.exit_code == ExitCode::BadInput => {
-            run.remove();
-            Err(failure)
-        }
-        Err(failure) => {
-            record.outcome = Outcome::from(&failure);
-            record.write(run.path())?;
-            Err(Failure { message: format!("{}\nrun: {}", failure.message, run.path().display()), ..failure })
-        }
-    }
-}
-
-/// Writes the report and prints the summary.
-pub fn finish(run: &RunDirectory, json: bool) -> Result<(), Failure> {
-    let results = Results::read(run)?;
-    write_report(run, &results)?;
-    let summary = Summary::of(run, &results);
-    eprint!("{}", summary.text());
-    if json { super::print_json(&summary) } else { Ok(()) }
-}
-
-/// Notes in the record how the pipeline ended.
-pub fn put_outcome(record: &mut RunRecord, outcome: &PipelineOutcome) {
-    record.outcome = Outcome { exit_code: outcome.exit_code.code(), message: outcome.message.clone() };
-    record.scene_digest.clone_from(&outcome.scene_digest);
-    record.excluded_pairs.clone_from(&outcome.excluded_pairs);
-    record.acceptance.clone_from(&outcome.acceptance);
-    for stage in &outcome.stages {
-        record.put_stage(stage.clone());
-    }
-}
-
-fn request(args: &PlanArgs) -> Result<PlanRequest, Failure> {
     let mut options = StageOptions::default();
-    if let Some(coverage) = args.coverage {
-        options.insert(StageName::Decompose, "coverage", coverage.to_string());
-    }
     if let Some(max_grasps) = args.max_grasps {
         options.insert(StageName::Miqp, "max_grasps", max_grasps.to_string());
     }
-    options.extend(&StageOptions::parse(&args.set)?);
-    Ok(PlanRequest {
-        scene: args.scene.clone(),
-        task: args.task.clone(),
-        seed: args.seed,
-        workers: args.workers.unwrap_or_else(processors),
-        certify: args.certify,
-        clearance: args.clearance,
-        options,
-        commands: StageCommands::parse(&args.stage)?,
-        time_limit: args.time_limit.map(Duration::from_secs_f64),
-    })
-}
-
-fn processors() -> u32 {
-    std::thread::available_parallelism().map_or(1, |n| u32::try_from(n.get()).unwrap_or(1)).min(256)
-}
-
-fn new_record(args: &PlanArgs, request: &PlanRequest) -> RunRecord {
-    RunRecord {
-        format: RUN_FORMAT,
-        version: env!("CARGO_PKG_VERSION").into(),
-        scene: args.scene.display().to_string(),
-        scene_digest: String::new(),
-        task: request.task.clone(),
-        seed: request.seed,
-        workers: request.workers,
-        certify: request.certify,
-        clearance: request.clearance,
-        options: request.options.clone(),
-        commands: request.commands.clone(),
-        excluded_pairs: Vec::new(),
-        outcome: Outcome { exit_code: ExitCode::Interrupted.code(), message: "the run has not ended".into() },
-        seconds: 0.0,
-        stages: Vec::new(),
-        acceptance: None,
-    }
+    new_run(&args.run, &request(&args.run, Asked::Plan, options)?)
 }

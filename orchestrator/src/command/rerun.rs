@@ -1,11 +1,11 @@
 //! `regrasp rerun`: one stage of an earlier run again, and with `--onward` those after it.
 
-use super::plan::finish;
+use super::new_run::finish;
 use crate::cli::RerunArgs;
 use crate::failure::{ExitCode, Failure};
 use crate::pipeline::{self, StageRequest, run_stage};
 use crate::run_directory::RunDirectory;
-use crate::run_record::{Outcome, RunRecord, StageRecord};
+use crate::run_record::{Asked, Outcome, RunRecord, StageRecord};
 use crate::stage::{StageCommands, StageOptions, later_stages, stage_from_name};
 use ipc_types::artefact::CutsFile;
 use ipc_types::stage_name::StageName;
@@ -26,6 +26,13 @@ pub fn rerun(args: &RerunArgs) -> Result<ExitCode, Failure> {
         }
         None => stage_from_name(&args.stage)?,
     };
+    let last = record.asked.last_stage();
+    if stage > last {
+        return Err(Failure::bad_input(format!(
+            "--stage {stage}: {} is a run of regions, which ends with {last}; `regrasp plan` makes plans",
+            run.path().display()
+        )));
+    }
     record.options.extend(&StageOptions::parse(&args.set)?);
     if stage < StageName::Miqp {
         // Cuts name regions; those of other regions would cut at random.
@@ -83,6 +90,13 @@ fn onward(run: &RunDirectory, record: &mut RunRecord, first: StageName) -> Resul
         if cost.exit_code != 0 {
             return Ok(ended(record, run, stage, &cost));
         }
+    }
+    if record.asked == Asked::Regions {
+        record.outcome = Outcome {
+            exit_code: ExitCode::Done.code(),
+            message: pipeline_reason(&run.stage(StageName::Certify)).unwrap_or_default(),
+        };
+        return Ok(ExitCode::Done);
     }
     let mut plans = first <= StageName::Miqp;
     for _ in 0..MAX_ROUNDS {

@@ -1,6 +1,6 @@
 //! The process layer: starts the stages, feeds them, watches them, and joins what they found.
 //!
-//! [`plan`] runs all stages at once over channels; [`run_stage`] runs one stage alone on the files of a run.
+//! [`run_stages`] runs all stages at once over channels; [`run_stage`] runs one stage alone on the files of a run.
 
 mod alone;
 mod certified;
@@ -18,16 +18,18 @@ pub use hub::clean_dead;
 use crate::cli::CertifyMethod;
 use crate::failure::{ExitCode, Failure};
 use crate::run_directory::RunDirectory;
-use crate::run_record::{Acceptance, StageRecord};
+use crate::run_record::{Acceptance, Asked, StageRecord};
 use crate::stage::{Stage, StageCommands, StageOptions};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 /// What a run is asked.
 #[derive(Debug, Clone)]
-pub struct PlanRequest {
+pub struct RunRequest {
     /// Scene folder or its `scene.toml`.
     pub scene: PathBuf,
+    /// What it is for: which stages run.
+    pub asked: Asked,
     /// Task; a single one needs no choice.
     pub task: Option<String>,
     /// Seed of all random numbers.
@@ -113,14 +115,14 @@ pub struct StageRequest {
     pub time_limit: Option<Duration>,
 }
 
-/// Plans: all stages at once, the artefacts in `run`. `Err` is bad input (exit 2) or a stage that failed (exit 4). When
+/// All stages that are needed at once, the artefacts in `run`. `Err` is bad input (exit 2) or a stage that failed (exit 4). When
 /// this returns, no process and no shared memory of the run is left.
-pub fn plan(
-    request: &PlanRequest,
+pub fn run_stages(
+    request: &RunRequest,
     run: &RunDirectory,
     sink: &mut dyn ProgressSink,
 ) -> Result<PipelineOutcome, Failure> {
-    // What dead runs left must not fill the memory; that it cannot be removed is no reason not to plan.
+    // What dead runs left must not fill the memory; that it cannot be removed is no reason not to run.
     let _ = clean_dead(false);
     run::Run::start(request, run, sink)?.finish()
 }

@@ -16,7 +16,7 @@ use super::interrupt::{Stop, Watch};
 use super::slot::{Part, Slot};
 use super::stage_command::{certifies, log_of, reason};
 use super::work_queue::WorkQueue;
-use super::{PipelineOutcome, PlanRequest, ProgressSink, StageProgress};
+use super::{PipelineOutcome, ProgressSink, RunRequest, StageProgress};
 use crate::failure::{ExitCode, Failure};
 use crate::run_directory::RunDirectory;
 use crate::run_record::Acceptance;
@@ -38,13 +38,13 @@ const PROGRESS_INTERVAL: Duration = Duration::from_millis(100);
 enum Ending {
     /// Every segment has a path.
     Paths,
-    /// It ends without a motion.
+    /// It ends without a motion, which it may not have been asked for.
     Early(ExitCode, String),
 }
 
 /// A run.
 pub struct Run<'a> {
-    request: &'a PlanRequest,
+    request: &'a RunRequest,
     directory: &'a RunDirectory,
     sink: &'a mut dyn ProgressSink,
     watch: Watch,
@@ -69,7 +69,7 @@ pub struct Run<'a> {
 impl<'a> Run<'a> {
     /// Opens the channels and starts all stages.
     pub fn start(
-        request: &'a PlanRequest,
+        request: &'a RunRequest,
         directory: &'a RunDirectory,
         sink: &'a mut dyn ProgressSink,
     ) -> Result<Run<'a>, Failure> {
@@ -95,7 +95,9 @@ impl<'a> Run<'a> {
             domain,
         };
         for stage in StageName::ALL {
-            let part = if stage == StageName::Certify && !certifies(request.certify) {
+            let is_left_out = stage > request.asked.last_stage()
+                || (stage == StageName::Certify && !certifies(request.certify));
+            let part = if is_left_out {
                 Part::Absent
             } else if request.commands.0.contains_key(&stage) {
                 Part::Files
@@ -154,7 +156,7 @@ impl<'a> Run<'a> {
         self.keep_certified(interrupted)?;
         let (excluded_pairs, scene_digest) = self.about_scene();
         let stages = self.records();
-        if acceptance.is_some() || exit_code == ExitCode::Negative {
+        if acceptance.is_some() || matches!(exit_code, ExitCode::Done | ExitCode::Negative) {
             self.remove_parts();
         }
         Ok(PipelineOutcome { exit_code, message, stages, acceptance, scene_digest, excluded_pairs })

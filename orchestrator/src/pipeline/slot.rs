@@ -13,7 +13,7 @@ pub enum Part {
     Channels,
     /// Each job is a program that is started with file-mode arguments, unless it asks over channels after all.
     Files,
-    /// It is left out (`--certify none`).
+    /// It is left out (`--certify none`, `regrasp regions`).
     Absent,
 }
 

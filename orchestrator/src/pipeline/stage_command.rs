@@ -1,7 +1,7 @@
 //! The command line that starts a stage, in either mode.
 
 use super::child::{CommandLine, words_in_log};
-use super::{PlanRequest, StageRequest};
+use super::{RunRequest, StageRequest};
 use crate::cli::CertifyMethod;
 use crate::executable::required;
 use crate::failure::Failure;
@@ -80,7 +80,7 @@ pub fn acceptance(
 }
 
 /// The request of one stage of a run that is being planned.
-pub fn stage_request(request: &PlanRequest, stage: StageName, run: &Path) -> StageRequest {
+pub fn stage_request(request: &RunRequest, stage: StageName, run: &Path) -> StageRequest {
     StageRequest {
         stage,
         scene: request.scene.clone(),

@@ -4,6 +4,7 @@ use super::svg::escaped;
 use crate::cli::CertifyMethod;
 use crate::quantity::figure;
 use crate::results::Results;
+use crate::run_record::Asked;
 use ipc_types::artefact::PlanStatus;
 use std::fmt::Write;
 
@@ -31,18 +32,10 @@ fn motion(results: &Results) -> String {
     let regions =
         results.regions.as_ref().map_or(0, |file| file.regions.iter().filter(|r| r.certified).count());
     match results.certified() {
-        Some(true) => {
-            let margins = results.regions.iter().flat_map(|file| &file.regions).map(|region| region.margin);
-            let clearance = margins.fold(f64::INFINITY, f64::min);
-            let kept = if clearance > 0.0 && clearance.is_finite() {
-                format!("at least {} m apart", figure(clearance))
-            } else {
-                "disjoint".into()
-            };
-            format!(
-                "<p><strong class=\"good\">Certified.</strong> Every point of the motion lies in one of {regions} regions, and in all of a certified region every pair of bodies that may collide is {kept}. This rests on</p><ul><li>the scene file: what is not modelled is not seen;</li><li>separating planes that hold on whole cells of each region, for every configuration in them and not for samples, stored in <code>certify/certificates.bin</code>;</li><li>bounds that are rounded outward; no solver's tolerance and no sample is part of the argument.</li></ul>"
-            )
-        }
+        Some(true) => format!(
+            "<p><strong class=\"good\">Certified.</strong> Every point of the motion lies in one of {regions} regions, and {}",
+            proven_of_regions(results)
+        ),
         Some(false) => {
             let open = results
                 .trajectory
@@ -55,11 +48,32 @@ fn motion(results: &Results) -> String {
                 numbers.join(", ")
             )
         }
+        None if results.record.asked == Asked::Regions && regions > 0 => format!(
+            "<p><strong class=\"good\">{regions} regions are certified</strong>: {}",
+            proven_of_regions(results)
+        ),
         None => format!("<p>There is no motion to certify; {regions} regions are certified.</p>"),
     }
 }
 
+/// What holds in certified regions, and on what that rests; the end of a sentence and a list.
+fn proven_of_regions(results: &Results) -> String {
+    let margins = results.regions.iter().flat_map(|file| &file.regions).map(|region| region.margin);
+    let clearance = margins.fold(f64::INFINITY, f64::min);
+    let kept = if clearance > 0.0 && clearance.is_finite() {
+        format!("at least {} m apart", figure(clearance))
+    } else {
+        "disjoint".into()
+    };
+    format!(
+        "in all of a certified region every pair of bodies that may collide is {kept}. This rests on</p><ul><li>the scene file: what is not modelled is not seen;</li><li>separating planes that hold on whole cells of each region, for every configuration in them and not for samples, stored in <code>certify/certificates.bin</code>;</li><li>bounds that are rounded outward; no solver's tolerance and no sample is part of the argument.</li></ul>"
+    )
+}
+
 fn answer(results: &Results) -> String {
+    if results.record.asked == Asked::Regions {
+        return "<p>Regions were asked for, and no plan.</p>".into();
+    }
     let Some(plan) = &results.plan else {
         return format!(
             "<p>There is no plan: {}.</p>",
@@ -129,6 +143,17 @@ mod tests {
         assert!(text.contains("Not certified.") && text.contains("Segments 1 "));
         results.record.certify = CertifyMethod::None;
         assert!(statement(&results).starts_with("<p><strong class=\"bad\">Not certified."));
+    }
+
+    #[test]
+    fn a_run_of_regions_speaks_of_regions_only() {
+        let mut results = example();
+        (results.plan, results.trajectory) = (None, None);
+        results.record.asked = Asked::Regions;
+        let text = statement(&results);
+        assert!(text.contains("1 regions are certified") && !text.contains("There is no plan"), "{text}");
+        results.regions = None;
+        assert!(!statement(&results).contains("class=\"good\""));
     }
 
     #[test]

@@ -105,15 +105,21 @@ fn check(arguments: &Arguments) -> ExitCode {
             if arguments.json {
                 println!("{}", serde_json::json!({ "accepted": true, "verdict": verdict }));
             } else {
+                let apart = match verdict.clearance {
+                    0.0 => String::new(),
+                    clearance => format!(" with a clearance of {clearance} m"),
+                };
+                let motion = match verdict.n_control_points {
+                    0 => String::new(),
+                    n => format!("; {n} control points inside them"),
+                };
+                let sums = match verdict.n_sos_points {
+                    0 => String::new(),
+                    n => format!(" and sums of squares for {n} points"),
+                };
+                let (n_regions, n_cells) = (verdict.n_regions, verdict.n_cells);
                 eprintln!(
-                    "accepted: {} regions proven free by {} cells{}; {} control points inside them",
-                    verdict.n_regions,
-                    verdict.n_cells,
-                    match verdict.n_sos_points {
-                        0 => String::new(),
-                        n => format!(" and sums of squares for {n} points"),
-                    },
-                    verdict.n_control_points
+                    "accepted: {n_regions} regions proven free by {n_cells} cells{sums}{apart}{motion}"
                 );
                 if let Some(answer) = &verdict.answer {
                     eprintln!("proven over these regions: {}", proven(answer));

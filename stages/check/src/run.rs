@@ -21,6 +21,8 @@ pub struct Verdict {
     pub n_cells: usize,
     /// Points of bodies proven apart by sums of squares.
     pub n_sos_points: usize,
+    /// Distance that all pairs keep but those of a robot link with an object link, metres; these do not touch.
+    pub clearance: f64,
     /// Grasps of the plan; `None` if the run found that there is none.
     pub n_grasps: Option<usize>,
     /// Control points of the trajectory that were located.
@@ -85,9 +87,21 @@ pub enum Rejection {
 #[derive(Debug, Deserialize)]
 struct Record {
     scene_digest: String,
+    #[serde(default)]
+    asked: Asked,
     task: Option<String>,
     #[serde(default)]
     clearance: Option<f64>,
+}
+
+/// What the run is for.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+enum Asked {
+    #[default]
+    Plan,
+    /// Regions and their certificates, nothing after them.
+    Regions,
 }
 
 /// Verifies the run in the folder `run`.
@@ -135,6 +149,7 @@ pub fn verify(run: &Path) -> Result<Verdict, Rejection> {
         n_regions: 0,
         n_cells: 0,
         n_sos_points: 0,
+        clearance,
         n_grasps: None,
         n_control_points: 0,
         kept_residual: 0.0,
@@ -157,7 +172,15 @@ pub fn verify(run: &Path) -> Result<Verdict, Rejection> {
             "there is a certificate for region {region_id}, which is not certified"
         )));
     }
-    let Some(task) = task else { return Ok(verdict) };
+    if record.asked == Asked::Regions {
+        // Else a plan that is not looked at would seem to be accepted with them.
+        return match ["miqp", "gcs"].into_iter().find(|stage| run.join(stage).exists()) {
+            Some(stage) => Err(bad_record(format!("asked is regions, but there is {stage}/"))),
+            None => Ok(verdict),
+        };
+    }
+    let task =
+        task.ok_or_else(|| bad_record("task names none of the scene, and a plan has one".to_owned()))?;
     if !run.join("miqp").join("plan.bin").exists() {
         return Err(StoreError::NotThere { folder: run.join("miqp"), name: "plan".to_owned() }.into());
     }

@@ -1,11 +1,12 @@
 //! From stage to stage: what one has finished becomes the job of the next.
 
 use super::{Ending, Run, interrupted};
+use crate::cli::CertifyMethod;
 use crate::failure::{ExitCode, Failure};
 use crate::pipeline::alone::{accept, digest_of};
 use crate::pipeline::certified::{write_joined, write_uncertified};
 use crate::pipeline::slot::Part;
-use crate::run_record::Acceptance;
+use crate::run_record::{Acceptance, Asked};
 use ipc_types::artefact::{CutsFile, PlanFile, RegionsFile};
 use ipc_types::stage_name::StageName;
 use ipc_types::store::{find_artefact, read_artefact};
@@ -20,6 +21,9 @@ impl Run<'_> {
         }
         if self.candidates.is_some() && self.slot(StageName::Miqp).job == 0 && self.certify_is_done()? {
             self.finished(StageName::Certify);
+            if self.request.asked == Asked::Regions {
+                return self.regions_are_done().map(Some);
+            }
             self.want(StageName::Miqp)?;
         }
         if self.slot(StageName::Miqp).is_done()
@@ -117,6 +121,38 @@ impl Run<'_> {
                 Ok(true)
             }
         }
+    }
+
+    /// How a run ends that was asked for regions only.
+    fn regions_are_done(&mut self) -> Result<Ending, Failure> {
+        let decompose = self.slot(StageName::Decompose).outcome;
+        let said = self.reason(StageName::Decompose, 0);
+        let folder = self.folder(StageName::Certify);
+        let file: RegionsFile = read_artefact(&folder, "regions", self.scene_digest.as_ref())
+            .map_err(|error| Failure::stage_failed(format!("stage certify: {error}")))?;
+        let n_candidates = self.candidates.as_ref().map_or(0, |file| file.regions.len());
+        let n_certified = file.regions.iter().filter(|region| region.certified).count();
+        if n_candidates > 0 && n_certified == 0 && self.request.certify != CertifyMethod::None {
+            // A limit of the search is no proof that there is nothing to certify.
+            let exit_code = match self.slot(StageName::Certify).outcome {
+                Some(ExitCode::Limit) => ExitCode::Limit,
+                _ => ExitCode::Negative,
+            };
+            let why = self.queue.parts().map(|part| &part.reason).find(|reason| !reason.is_empty());
+            let why = why.cloned().unwrap_or_else(|| self.reason(StageName::Certify, 0));
+            return Ok(Ending::Early(
+                exit_code,
+                format!("none of {n_candidates} regions is certified: {why}"),
+            ));
+        }
+        let words = match self.request.certify {
+            CertifyMethod::None => format!("{said}; none was to be certified"),
+            _ => format!("{said}; {n_certified} certified"),
+        };
+        Ok(Ending::Early(
+            if decompose == Some(ExitCode::Limit) { ExitCode::Limit } else { ExitCode::Done },
+            words,
+        ))
     }
 
     /// gcs found segments without a path: its cuts go to miqp.
