@@ -14,7 +14,7 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 /// A cell about a random configuration, angles up to half-width `half`, lengths in proportion.
-fn random_cell(scene: &scene::Scene, half: f64, rng: &mut ChaCha8Rng) -> CellBox {
+pub fn random_cell(scene: &scene::Scene, half: f64, rng: &mut ChaCha8Rng) -> CellBox {
     let mut cell = CellBox { lower: Vec::new(), upper: Vec::new() };
     for coordinate in &scene.coordinates {
         let range = coordinate.upper - coordinate.lower;

@@ -1,4 +1,4 @@
-//! Tests that need scenes: cells against samples, regions against the collision library, reference scenes, acceptance.
+//! Tests that need scenes: cells against samples, bodies against κ, regions and certificates against the collision library, reference scenes, acceptance.
 
 // 3.14 is a joint limit of the scenes, not π.
 #![allow(clippy::approx_constant)]
@@ -8,3 +8,5 @@ mod cells;
 mod random_scene;
 mod reference_scenes;
 mod regions;
+mod sampled_proofs;
+mod swept_bodies;

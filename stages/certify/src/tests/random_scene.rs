@@ -69,6 +69,28 @@ pub fn random_scene(seed: u64) -> Scene {
     scene
 }
 
+/// The scene with cylinders, capsules and balls at the ends of its arms, about whose axes the last joints turn: exactly, or
+/// off by less than what counts as symmetric.
+pub fn with_symmetric_ends(mut scene: Scene, seed: u64) -> Scene {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed ^ 0x5eed);
+    for body in &mut scene.bodies {
+        let Motion::Revolute { axis, .. } = &scene.links[body.link_idx].motion else { continue };
+        let size = 0.02 + 0.08 * rng.random::<f64>();
+        body.shape = match rng.random_range(0..3) {
+            0 => Shape::Cylinder { radius: size, half_length: 0.05 },
+            1 => Shape::Sphere { radius: size },
+            _ => Shape::Capsule { radius: size, half_length: 0.05 },
+        };
+        let turn = UnitQuaternion::rotation_between(&Vector3::z(), axis)
+            .unwrap_or_else(|| UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI));
+        let off = if rng.random::<bool>() { 2e-10 } else { 0.0 };
+        let tilt = UnitQuaternion::from_scaled_axis(vector(&mut rng, off));
+        let along = axis.into_inner() * (0.2 * rng.random::<f64>() - 0.1) + vector(&mut rng, off);
+        body.X_LS = RigidTransform::from_parts(Translation3::from(along), tilt * turn);
+    }
+    scene
+}
+
 fn link(name: &str, parent: Option<usize>, X_PF: RigidTransform, motion: Motion) -> Link {
     Link { name: name.to_owned(), role: Role::Robot, parent, X_PF, motion }
 }

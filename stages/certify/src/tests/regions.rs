@@ -15,7 +15,7 @@ fn options() -> CertifyOptions {
 }
 
 /// A box about a free configuration of the scene, with widths a share of the ranges.
-fn candidate(scene: &Scene, rng: &mut ChaCha8Rng, share: f64) -> Option<Candidate> {
+pub fn candidate(scene: &Scene, rng: &mut ChaCha8Rng, share: f64) -> Option<Candidate> {
     let checker = CollisionChecker::new(scene);
     let (lower, upper) = (scene.lower(), scene.upper());
     let random = |rng: &mut ChaCha8Rng| {
@@ -30,7 +30,7 @@ fn candidate(scene: &Scene, rng: &mut ChaCha8Rng, share: f64) -> Option<Candidat
     Some(Candidate { region_id: rng.random_range(0..1000), polyhedron, center })
 }
 
-fn certify(scene: &Scene, candidate: &Candidate, clearance: f64) -> Option<CertifiedRegion> {
+pub fn certify(scene: &Scene, candidate: &Candidate, clearance: f64) -> Option<CertifiedRegion> {
     let certifier = Certifier::new(scene, |_| clearance, &options(), 3).expect("options are valid");
     match certifier.certify_region(candidate, &Purpose::default(), &|| false).expect("a valid candidate") {
         CertifyOutcome::Certified(region) => Some(*region),
@@ -46,7 +46,7 @@ fn cells(pair: &mut PairCertificate) -> &mut Vec<Cell> {
     }
 }
 
-fn samples(polyhedron: &HPolyhedron, scene: &Scene, rng: &mut ChaCha8Rng) -> Vec<DVector<f64>> {
+pub fn samples(polyhedron: &HPolyhedron, scene: &Scene, rng: &mut ChaCha8Rng) -> Vec<DVector<f64>> {
     let bounds = polyhedron.bounding_box().expect("a region is bounded");
     let mut found = Vec::new();
     for _ in 0..2000 {
