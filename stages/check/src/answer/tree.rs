@@ -59,6 +59,9 @@ pub fn replay(ground: &Ground, search: &Search, n_grasps: usize) -> Result<f64, 
         let tree = |problem| AnswerError::Tree { n_grasps, position, problem };
         let mut node = stack.pop().ok_or_else(|| tree("it follows a tree that is complete"))?;
         let has_chain = node.propagate(ground);
+        // Each node that waits needs one of those that follow; no more children than that are made.
+        let room = (search.nodes.len() - position - 1).saturating_sub(stack.len());
+        let too_few = "the nodes after it are too few for its children";
         let mut children = match proof_node {
             ProofNode::Leaf(_) if !has_chain => Vec::new(),
             ProofNode::Leaf(None) => {
@@ -77,6 +80,9 @@ pub fn replay(ground: &Ground, search: &Search, n_grasps: usize) -> Result<f64, 
                 if !(1..=2 * n_grasps).contains(&point) {
                     return Err(tree("it splits by a point that is none"));
                 }
+                if groups.len() > room {
+                    return Err(tree(too_few));
+                }
                 let groups: Vec<BTreeSet<usize>> =
                     groups.iter().map(|group| group.iter().map(|&idx| idx as usize).collect()).collect();
                 let is_covered = |region: &usize| groups.iter().any(|group| group.contains(region));
@@ -85,49 +91,60 @@ pub fn replay(ground: &Ground, search: &Search, n_grasps: usize) -> Result<f64, 
                 }
                 groups.iter().map(|group| node.restricted(point, |idx| group.contains(&idx))).collect()
             }
-            ProofNode::Cut { segment, cut } => split_by_cut(ground, &node, *segment, *cut)
-                .map_err(|error| error.unwrap_or_else(|| tree("it splits by a segment that is none")))?,
+            ProofNode::Cut { segment, cut } => {
+                let split = Split::new(ground, &node, *segment, *cut)?;
+                let split = split.ok_or_else(|| tree("it splits by a segment that is none"))?;
+                if 2 + split.exits.len() > room {
+                    return Err(tree(too_few));
+                }
+                split.children(&node)
+            }
         };
         children.reverse();
         stack.extend(children);
-        if stack.len() > search.nodes.len() - position - 1 {
-            return Err(tree("the nodes after it are too few for its children"));
-        }
     }
+    // Only a search without nodes leaves one.
     match stack.is_empty() {
         true => Ok(least),
         false => Err(AnswerError::Tree { n_grasps, position: 0, problem: "there are no nodes" }),
     }
 }
 
-/// Both ends of the segment inside the set of the cut, both outside, or through one of its exits. `Err(None)` if the
-/// segment is none of this mode.
-fn split_by_cut(
-    ground: &Ground,
-    node: &Node,
-    segment: u32,
-    cut: u32,
-) -> Result<Vec<Node>, Option<AnswerError>> {
-    let count = ground.proof.cuts.len();
-    let found = ground.proof.cuts.get(cut as usize);
-    let found = found.ok_or(AnswerError::NoSuch { what: "cut", position: cut, count })?;
-    let segment = segment as usize;
-    if segment + 1 >= node.allowed.len() || mode_of_segment(segment) != found.mode {
-        return Err(None);
+/// A segment and a set of regions: both ends inside, both outside, or through one of the exits.
+struct Split {
+    segment: usize,
+    inside: BTreeSet<usize>,
+    exits: Vec<(usize, usize)>,
+}
+
+impl Split {
+    /// `None` if the segment is none of the cut's mode.
+    fn new(ground: &Ground, node: &Node, segment: u32, cut: u32) -> Result<Option<Self>, AnswerError> {
+        let count = ground.proof.cuts.len();
+        let found = ground.proof.cuts.get(cut as usize);
+        let found = found.ok_or(AnswerError::NoSuch { what: "cut", position: cut, count })?;
+        let segment = segment as usize;
+        if segment + 1 >= node.allowed.len() || mode_of_segment(segment) != found.mode {
+            return Ok(None);
+        }
+        let mut inside = BTreeSet::new();
+        for &region in &found.inside {
+            inside.insert(ground.problem.region(region)?);
+        }
+        let exits = ground.relations.exits(found.mode, &inside);
+        Ok(Some(Self { segment, inside, exits }))
     }
-    let mut inside = BTreeSet::new();
-    for &region in &found.inside {
-        inside.insert(ground.problem.region(region)?);
+
+    fn children(&self, node: &Node) -> Vec<Node> {
+        let sides = [true, false].map(|side| {
+            let keep = |region: usize| self.inside.contains(&region) == side;
+            node.restricted(self.segment, keep).restricted(self.segment + 1, keep)
+        });
+        let through = self.exits.iter().map(|&(inside, outside)| {
+            let mut child = node.clone();
+            child.exits.push(Exit { segment: self.segment, inside, outside });
+            child
+        });
+        sides.into_iter().chain(through).collect()
     }
-    let sides = [true, false].map(|side| {
-        let keep = |region: usize| inside.contains(&region) == side;
-        node.restricted(segment, keep).restricted(segment + 1, keep)
-    });
-    let mut children: Vec<Node> = sides.into_iter().collect();
-    for (a, b) in ground.relations.exits(found.mode, &inside) {
-        let mut child = node.clone();
-        child.exits.push(Exit { segment, inside: a, outside: b });
-        children.push(child);
-    }
-    Ok(children)
 }
