@@ -26,28 +26,39 @@ const CUT_SHIFT: f64 = 1e-9;
 /// A row counts as implied if it is by this much, relative to its multipliers. Erring side: keeps faces.
 const MARGIN_IMPLIED: f64 = 1e-13;
 
-/// Joins the proofs, one for each of `models`, over the region with the rows `base`.
-pub fn assemble(base: &Rows, limits: &CellBox, models: &[PairModel], proofs: Vec<PairProof>) -> Assembled {
-    // Global rows: those of the region, then each pair's cuts.
-    let mut rows = base.clone();
-    let mut offsets = Vec::with_capacity(proofs.len());
-    for proof in &proofs {
-        offsets.push(rows.len() - base.len());
-        for (a, b) in &proof.cuts {
-            rows.push(a.clone(), *b, None);
-        }
+/// A proof of a pair among the rows that all pairs share.
+#[derive(Debug, Clone)]
+pub struct SharedProof {
+    /// Rows below this are the shared ones; the proof's cuts follow.
+    pub n_base: usize,
+    /// Where the cuts stand among the shared rows.
+    pub offset: usize,
+    /// The proof.
+    pub proof: PairProof,
+}
+
+impl SharedProof {
+    fn global(&self, row: u32) -> usize {
+        let row = row as usize;
+        if row < self.n_base { row } else { row - self.n_base + self.offset }
     }
-    let n_base = base.len();
-    let global = |pair_idx: usize, row: u32| {
-        if (row as usize) < n_base { row as usize } else { row as usize + offsets[pair_idx] }
-    };
+}
+
+/// Joins the proofs, one for each of `models`, over `rows`: the first `n_base` are the region's as it came, then cuts.
+pub fn assemble(
+    rows: &Rows,
+    n_base: usize,
+    limits: &CellBox,
+    models: &[PairModel],
+    proofs: Vec<SharedProof>,
+) -> Assembled {
     let mut is_used = vec![false; rows.len()];
-    for (pair_idx, proof) in proofs.iter().enumerate() {
-        for (row, _) in proof.cells.iter().flat_map(multipliers) {
-            is_used[global(pair_idx, *row)] = true;
+    for proof in &proofs {
+        for (row, _) in proof.proof.cells.iter().flat_map(multipliers) {
+            is_used[proof.global(*row)] = true;
         }
     }
-    let (faces, origins) = faces(&rows, n_base, limits, &is_used);
+    let (faces, origins) = faces(rows, n_base, limits, &is_used);
     let mut position = vec![0_u32; rows.len()];
     let mut swept_rows = Vec::new();
     for row in (0..rows.len()).filter(|&row| is_used[row]) {
@@ -63,12 +74,11 @@ pub fn assemble(base: &Rows, limits: &CellBox, models: &[PairModel], proofs: Vec
     let pairs = proofs
         .into_iter()
         .zip(models)
-        .enumerate()
-        .map(|(pair_idx, (proof, model))| {
-            let mut cells = proof.cells;
+        .map(|(mut proof, model)| {
+            let mut cells = std::mem::take(&mut proof.proof.cells);
             for cell in &mut cells {
                 for (row, _) in multipliers_mut(cell) {
-                    *row = position[global(pair_idx, *row)];
+                    *row = position[proof.global(*row)];
                 }
             }
             PairCertificate {
@@ -100,7 +110,7 @@ enum Origin {
     Implied(Multipliers),
 }
 
-/// The faces, without those that others imply, and for each row that is used why it holds on them.
+/// The faces, without unused cuts and those that others imply, and for each row that is used why it holds on them.
 fn faces(rows: &Rows, n_base: usize, limits: &CellBox, is_used: &[bool]) -> (Vec<Face>, Vec<Option<Origin>>) {
     let is_limit = |row: usize| {
         let mut entries = (0..limits.lower.len()).filter(|&j| rows.a[row][j] != 0.0);
@@ -108,57 +118,62 @@ fn faces(rows: &Rows, n_base: usize, limits: &CellBox, is_used: &[bool]) -> (Vec
         let (a, b) = (rows.a[row][j], rows.b[row]);
         if a > 0.0 { b == a * limits.upper[j] } else { b == a * limits.lower[j] }
     };
-    let mut faces: Vec<Face> = (0..rows.len())
-        .map(|row| Face { row, b: if row < n_base { rows.b[row] } else { rows.b[row] - CUT_SHIFT } })
-        .collect();
+    // The faces to be: the region's, and the cuts that cells use, moved.
+    let mut moved = rows.clone();
+    moved.b.iter_mut().skip(n_base).for_each(|b| *b -= CUT_SHIFT);
+    let mut faces: Vec<u32> =
+        (0..rows.len()).filter(|&row| row < n_base || is_used[row]).map(|row| row as u32).collect();
+    let mut program = RowProgram::default();
+    let mut implied = |faces: &[u32], row: usize| {
+        let minus_a: Vec<f64> = rows.a[row].iter().map(|a| -a).collect();
+        let RowBound::Bound { value, multipliers } =
+            moved.minimize_over(&mut program, faces, limits, &minus_a, f64::INFINITY)
+        else {
+            return None;
+        };
+        // −a·δ ≥ value, so a·q ≤ a·center − value.
+        let at_center: f64 = rows.a[row].iter().enumerate().map(|(j, a)| a * limits.center(j)).sum();
+        let size: f64 = multipliers.iter().map(|&(face, mu)| mu * (1.0 + moved.b[face as usize].abs())).sum();
+        (at_center - value <= rows.b[row] - MARGIN_IMPLIED * (1.0 + size)).then_some(multipliers)
+    };
     if rows.len() > n_base {
         // Joint limits stay; of the others the latest are tried first. What has to hold is the row, not the moved face.
-        let mut at = faces.len();
-        while at > 0 {
-            at -= 1;
-            if is_limit(faces[at].row) {
+        for position in (0..faces.len()).rev() {
+            if is_limit(faces[position] as usize) {
                 continue;
             }
-            let face = faces.remove(at);
-            if implied(rows, &faces, limits, &rows.a[face.row], rows.b[face.row]).is_none() {
-                faces.insert(at, face);
+            let face = faces.remove(position);
+            if implied(&faces, face as usize).is_none() {
+                faces.insert(position, face);
             }
         }
+    }
+    let mut faces_by_row: Vec<Face> =
+        faces.iter().map(|&row| Face { row: row as usize, b: moved.b[row as usize] }).collect();
+    let mut position = vec![None; rows.len()];
+    for (face_idx, &row) in faces.iter().enumerate() {
+        position[row as usize] = Some(face_idx as u32);
     }
     let mut origins: Vec<Option<Origin>> = vec![None; rows.len()];
     for row in (0..rows.len()).filter(|&row| is_used[row]) {
-        let unmoved = faces.iter().position(|face| face.row == row && face.b == rows.b[row]);
-        origins[row] = match unmoved {
-            Some(face_idx) => Some(Origin::Face(face_idx as u32)),
-            None => implied(rows, &faces, limits, &rows.a[row], rows.b[row]).map(Origin::Implied),
+        origins[row] = match position[row] {
+            Some(face_idx) if moved.b[row] == rows.b[row] => Some(Origin::Face(face_idx)),
+            _ => implied(&faces, row).map(|multipliers| {
+                let mut by_face: Multipliers = multipliers
+                    .into_iter()
+                    .filter_map(|(row, mu)| position[row as usize].map(|face_idx| (face_idx, mu)))
+                    .collect();
+                by_face.sort_unstable_by_key(|&(face_idx, _)| face_idx);
+                Origin::Implied(by_face)
+            }),
         };
         if origins[row].is_none() {
             // Dropped although it cannot be proven superfluous: it is a face after all.
-            origins[row] = Some(Origin::Face(faces.len() as u32));
-            faces.push(Face { row, b: rows.b[row] });
+            origins[row] = Some(Origin::Face(faces_by_row.len() as u32));
+            faces_by_row.push(Face { row, b: rows.b[row] });
         }
     }
-    (faces, origins)
-}
-
-/// Multipliers (face, μ) by which a·q ≤ b follows from the faces on the box of joint limits, with a margin.
-fn implied(rows: &Rows, faces: &[Face], limits: &CellBox, a: &[f64], b: f64) -> Option<Multipliers> {
-    let (m, n) = (faces.len(), a.len());
-    let polyhedron = HPolyhedron {
-        A: DMatrix::from_fn(m, n, |i, j| rows.a[faces[i].row][j]),
-        b: DVector::from_fn(m, |i, _| faces[i].b),
-    };
-    let faces = Rows::new(&polyhedron);
-    let minus_a: Vec<f64> = a.iter().map(|a| -a).collect();
-    let RowBound::Bound { value, multipliers } =
-        faces.minimize(&mut RowProgram::default(), limits, &minus_a, f64::INFINITY)
-    else {
-        return None;
-    };
-    // −a·δ ≥ value, so a·q ≤ a·center − value.
-    let at_center: f64 = a.iter().enumerate().map(|(j, a)| a * limits.center(j)).sum();
-    let size: f64 = multipliers.iter().map(|&(face, mu)| mu * (1.0 + faces.b[face as usize].abs())).sum();
-    (at_center - value <= b - MARGIN_IMPLIED * (1.0 + size)).then_some(multipliers)
+    (faces_by_row, origins)
 }
 
 /// The multipliers of a cell.

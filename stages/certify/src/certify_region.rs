@@ -4,15 +4,16 @@
 //! order of the pairs. So the result depends neither on the number of workers nor on the order in which pairs are
 //! done. Source: mathematics.md 2.1, *Order*.
 
-use crate::assemble::{Assembled, assemble};
+use crate::assemble::{Assembled, SharedProof, assemble};
 use crate::cell::CellBox;
+use crate::clean_up::{CleanUp, clean_up};
 use crate::contact::least_gap;
 use crate::control_net::ControlNet;
 use crate::error::CertifyError;
 use crate::guide::Guide;
 use crate::options::{CertifyOptions, Method};
 use crate::pair_model::PairModel;
-use crate::pair_search::{PairOutcome, PairProof, RegionData, search};
+use crate::pair_search::{PairOutcome, RegionData, keeps, search};
 use crate::row_program::RowProgram;
 use crate::rows::{Multipliers, RowBound, Rows};
 use convex_sets::HPolyhedron;
@@ -21,7 +22,7 @@ use nalgebra::DVector;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use scene::{CollisionPair, Scene};
-use std::cell::OnceCell;
+use std::sync::OnceLock;
 
 /// A polytope of C-space that is believed to be free.
 #[derive(Debug, Clone)]
@@ -85,6 +86,58 @@ pub enum CertifyOutcome {
     Stopped,
 }
 
+/// Does `work` for each of `items`, each [`N_LANES`]-th one on a thread of its own; what comes out does not depend on
+/// the threads.
+fn in_lanes<T: Sync, R: Send>(items: &[T], work: impl Fn(&T, &mut ControlNet) -> R + Sync) -> Vec<R> {
+    let lane = |first: usize| -> Vec<R> {
+        let mut net = ControlNet::default();
+        items.iter().skip(first).step_by(N_LANES).map(|item| work(item, &mut net)).collect()
+    };
+    let mut lanes: Vec<std::vec::IntoIter<R>> = std::thread::scope(|scope| {
+        let others: Vec<_> = (1..N_LANES).map(|first| scope.spawn(move || lane(first))).collect();
+        let mut lanes = vec![lane(0).into_iter()];
+        // A lane that panics takes the region with it.
+        lanes.extend(others.into_iter().map(|other| match other.join() {
+            Ok(results) => results.into_iter(),
+            Err(panic) => std::panic::resume_unwind(panic),
+        }));
+        lanes
+    });
+    (0..items.len()).filter_map(|idx| lanes[idx % N_LANES].next()).collect()
+}
+
+/// The rows and the samples of a region with the cuts made so far.
+struct Shared {
+    rows: Rows,
+    guide: Option<Guide>,
+}
+
+impl Shared {
+    /// Takes the cuts of a proof over.
+    fn join(&mut self, proof: &mut SharedProof, guide: &dyn Fn() -> Guide) {
+        let left = self.guide.get_or_insert_with(guide);
+        proof.offset = self.rows.len();
+        for (a, b) in &proof.proof.cuts {
+            left.cut(a, *b);
+            self.rows.push(a.clone(), *b, None);
+        }
+    }
+
+    /// Cuts collisions of `models` off.
+    fn clean_up(
+        &mut self,
+        models: &[&PairModel],
+        region: &RegionData<'_>,
+        guide: &dyn Fn() -> Guide,
+        max_loss: f64,
+    ) {
+        let left = self.guide.get_or_insert_with(guide);
+        let may_cut = |a: &[f64], b: f64| keeps(region, a, b);
+        let task = CleanUp { limits: region.limits, center: region.center, may_cut: &may_cut, max_loss };
+        clean_up(models, &mut self.rows, left, &task);
+    }
+}
+
 /// The pairs of a scene, ready to certify regions.
 #[derive(Debug, Clone)]
 pub struct Certifier {
@@ -94,6 +147,10 @@ pub struct Certifier {
     seed: u64,
 }
 
+/// Pairs that need no more cells than this are independent of the others; the rest share what is cut for them.
+const EASY_CELLS: u64 = 400;
+/// So many of the other pairs run against the same rows; then their cuts are joined.
+const N_LANES: usize = 2;
 /// A cut leaves the centre this share of the distance that it had to the nearest face.
 const MIN_ROOM_SHARE: f64 = 0.05;
 /// Bounds of the region are moved outwards by this share of the range, so that multipliers prove them.
@@ -133,14 +190,18 @@ impl Certifier {
         &self,
         candidate: &Candidate,
         purpose: &Purpose,
-        is_stopped: &dyn Fn() -> bool,
+        is_stopped: &(dyn Fn() -> bool + Sync),
     ) -> Result<CertifyOutcome, CertifyError> {
         self.validate(candidate)?;
         let rows = Rows::new(&candidate.polyhedron);
         let bounds = self.bounds(&rows);
-        let n_samples = if self.options.cuts_allowed() { self.options.guide_samples } else { 0 };
+        // In more dimensions more of a region lies beside its faces, where cuts are made: more samples, smaller cuts.
+        let scale = self.limits.lower.len().saturating_sub(3).max(1);
+        let options =
+            CertifyOptions { max_cut_loss: self.options.max_cut_loss / scale as f64, ..self.options.clone() };
+        let n_samples = if options.cuts_allowed() { options.guide_samples * scale } else { 0 };
         // Regions that need no cut need no samples.
-        let samples: OnceCell<Guide> = OnceCell::new();
+        let samples: OnceLock<Guide> = OnceLock::new();
         let guide = || {
             let mut rng = ChaCha8Rng::seed_from_u64(self.seed);
             rng.set_stream(candidate.region_id);
@@ -169,30 +230,59 @@ impl Certifier {
         {
             return Ok(refusal);
         }
-        let mut net = ControlNet::default();
-        let mut proofs: Vec<PairProof> = Vec::with_capacity(self.pairs.len());
-        for model in &self.pairs {
-            let pair = model.pair;
-            match search(model, &region, &self.options, &mut net, is_stopped) {
-                PairOutcome::Proof(proof) => proofs.push(proof),
-                PairOutcome::Failed { configuration, reason } => {
-                    return Ok(CertifyOutcome::Rejected { pair, configuration, reason });
-                }
-                PairOutcome::Limit { n_cells } => return Ok(CertifyOutcome::Limit { pair, n_cells }),
+        let mut shared = Shared { rows: rows.clone(), guide: None };
+        let mut proofs: Vec<Option<SharedProof>> = Vec::with_capacity(self.pairs.len());
+        let first = CertifyOptions { max_cells: EASY_CELLS.min(options.max_cells), ..options.clone() };
+        let outcomes = in_lanes(&self.pairs, |model, net| search(model, &region, &first, net, is_stopped));
+        for outcome in outcomes {
+            proofs.push(match outcome {
+                PairOutcome::Proof(proof) => Some(SharedProof { n_base: rows.len(), offset: 0, proof }),
                 PairOutcome::Stopped => return Ok(CertifyOutcome::Stopped),
-            }
+                PairOutcome::Failed { .. } | PairOutcome::Limit { .. } => None,
+            });
         }
-        let mut volume_kept = 1.0;
-        if proofs.iter().any(|proof| !proof.cuts.is_empty()) {
-            let mut kept = guide();
-            for (a, b) in proofs.iter().flat_map(|proof| &proof.cuts) {
-                kept.cut(a, *b);
-            }
-            volume_kept = kept.kept();
+        for proof in proofs.iter_mut().flatten().filter(|proof| !proof.proof.cuts.is_empty()) {
+            shared.join(proof, &guide);
         }
-        let n_cells = proofs.iter().map(|proof| proof.n_tried).sum();
-        let n_cuts = proofs.iter().map(|proof| proof.cuts.len()).sum();
-        let Assembled { polyhedron, rows, pairs } = assemble(&rows, &self.limits, &self.pairs, proofs);
+        let hard: Vec<usize> = (0..self.pairs.len()).filter(|&idx| proofs[idx].is_none()).collect();
+        if !hard.is_empty() && self.options.cuts_allowed() {
+            let models: Vec<&PairModel> = hard.iter().map(|&idx| &self.pairs[idx]).collect();
+            shared.clean_up(&models, &region, &guide, self.options.max_clean_up_loss);
+        }
+        for chunk in hard.chunks(N_LANES) {
+            let base = shared.rows.clone();
+            let guide_now = || shared.guide.clone().unwrap_or_else(guide);
+            let region = RegionData { rows: &base, guide: &guide_now, ..region };
+            let models: Vec<&PairModel> = chunk.iter().map(|&idx| &self.pairs[idx]).collect();
+            let outcomes = in_lanes(&models, |model, net| search(model, &region, &options, net, is_stopped));
+            let mut found: Vec<(usize, SharedProof)> = Vec::with_capacity(N_LANES);
+            for (&idx, outcome) in chunk.iter().zip(outcomes) {
+                let pair = self.pairs[idx].pair;
+                match outcome {
+                    PairOutcome::Proof(proof) => {
+                        found.push((idx, SharedProof { n_base: base.len(), offset: 0, proof }));
+                    }
+                    PairOutcome::Failed { configuration, reason } => {
+                        return Ok(CertifyOutcome::Rejected { pair, configuration, reason });
+                    }
+                    PairOutcome::Limit { n_cells } => return Ok(CertifyOutcome::Limit { pair, n_cells }),
+                    PairOutcome::Stopped => return Ok(CertifyOutcome::Stopped),
+                }
+            }
+            for (idx, mut proof) in found {
+                if !proof.proof.cuts.is_empty() {
+                    shared.join(&mut proof, &guide);
+                }
+                proofs[idx] = Some(proof);
+            }
+            shared.rows.prune(&mut RowProgram::default(), &self.limits);
+        }
+        let proofs: Vec<SharedProof> = proofs.into_iter().flatten().collect();
+        let volume_kept = shared.guide.as_ref().map_or(1.0, Guide::kept);
+        let n_cells = proofs.iter().map(|proof| proof.proof.n_tried).sum();
+        let n_cuts = shared.rows.len() - rows.len();
+        let Assembled { polyhedron, rows, pairs } =
+            assemble(&shared.rows, rows.len(), &self.limits, &self.pairs, proofs);
         Ok(CertifyOutcome::Certified(Box::new(CertifiedRegion {
             polyhedron,
             center: candidate.center.clone(),

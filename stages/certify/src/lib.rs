@@ -10,6 +10,7 @@ pub mod acceptance;
 mod assemble;
 mod cell;
 mod certify_region;
+mod clean_up;
 mod contact;
 mod control_net;
 mod error;

@@ -25,15 +25,15 @@ pub struct CertifyOptions {
     /// depend on it.
     #[arg(long, default_value_t = 0)]
     pub workers: usize,
-    /// Samples by which the loss of a cut is judged, for each of region, grasp space and placement space. Larger:
-    /// smaller losses are seen, more time.
+    /// Samples by which the loss of a cut is judged, for each of region, grasp space and placement space; (n − 3) times
+    /// as many in n > 4 dimensions. Larger: smaller losses are seen, more time.
     #[arg(long, default_value_t = 4000)]
     pub guide_samples: usize,
     /// Share of the samples that a cut may lose at first. Larger: fewer cells, less volume.
     #[arg(long, default_value_t = 3e-5)]
     pub first_cut_loss: f64,
-    /// Share of the samples that a cut may lose at most; it doubles from the first share up to here. 0: no cut is
-    /// made, and a region that needs one is rejected.
+    /// Share of the samples that a cut may lose at most; it doubles from the first share up to here. In n > 4
+    /// dimensions it is divided by n − 3. 0: no cut is made, and a region that needs one is rejected.
     #[arg(long, default_value_t = 1e-3)]
     pub max_cut_loss: f64,
     /// Cells of a pair after which the share of a cut doubles. Larger: more time, more volume.
@@ -42,6 +42,10 @@ pub struct CertifyOptions {
     /// Share of the samples that a cut may lose where a cell is thin (see `thin`).
     #[arg(long, default_value_t = 0.02)]
     pub max_thin_cut_loss: f64,
+    /// Share of the samples that one cut of the clean-up may lose, before cells are tried. Larger: fewer cells, less
+    /// volume.
+    #[arg(long, default_value_t = 0.01)]
+    pub max_clean_up_loss: f64,
     /// Displacement of the bodies over a cell, metres, below which it is thin.
     #[arg(long, default_value_t = 1e-3)]
     pub thin: f64,
@@ -70,6 +74,7 @@ impl Default for CertifyOptions {
             max_cut_loss: 1e-3,
             cells_per_doubling: 2000,
             max_thin_cut_loss: 0.02,
+            max_clean_up_loss: 0.01,
             thin: 1e-3,
             give_up: 1e-5,
             cut_margin: 1e-7,
@@ -86,6 +91,7 @@ impl CertifyOptions {
             ("first-cut-loss", self.first_cut_loss),
             ("max-cut-loss", self.max_cut_loss),
             ("max-thin-cut-loss", self.max_thin_cut_loss),
+            ("max-clean-up-loss", self.max_clean_up_loss),
             ("min-kept", self.min_kept),
         ];
         for (option, value) in shares {

@@ -2,7 +2,7 @@
 
 use crate::cell::CellBox;
 use crate::control_net::{ControlNet, sine_excess};
-use crate::separating_normal::{PlacedCore, separating_normal};
+use crate::separating_normal::{PlacedCore, gap_along, separating_normal};
 use crate::side::Side;
 use ipc_types::artefact::FrameChoice;
 use kinematics::{PairChain, Support};
@@ -61,8 +61,8 @@ pub struct Plane {
     pub g: Vec<f64>,
     /// κ for g = 0 and for g.
     pub kappa: [f64; 2],
-    /// Control maps on which the better of the two κ is reached, for A and B.
-    pub paths: [Vec<u8>; 2],
+    /// Control maps on which κ is reached, for g = 0 and for g, each for A and B.
+    pub paths: [[Vec<u8>; 2]; 2],
 }
 
 /// Certificates keep at least this distance from the decision, metres. Larger: rejects more.
@@ -147,20 +147,46 @@ impl PairModel {
         })
     }
 
+    /// Gap at `q` along `n`, fixed in frame `frame_idx`, metres.
+    pub fn gap_along(&self, frame_idx: usize, q: &[f64], n: &Vector3<f64>) -> f64 {
+        let [a, b] = self.placed_cores(frame_idx, q);
+        gap_along(&a, &b, n) - self.radius
+    }
+
+    /// Whether the pair depends on the coordinate.
+    pub fn depends_on(&self, j: usize) -> bool {
+        self.coordinates.binary_search(&j).is_ok()
+    }
+
     /// Gap and its gradient at `q`, the normal in frame `frame_idx`.
     pub fn tangent(&self, frame_idx: usize, q: &[f64]) -> Tangent {
         let cores = self.placed_cores(frame_idx, q);
         let (n, gap) = separating_normal(&cores[0], &cores[1]);
+        Tangent { n, gap: gap - self.radius, g: self.gradient_of(frame_idx, &cores, q, &n) }
+    }
+
+    /// Gradient at `q` of the gap along `n`, fixed in frame `frame_idx`.
+    pub fn gradient(&self, frame_idx: usize, q: &[f64], n: &Vector3<f64>) -> Vec<f64> {
+        self.gradient_of(frame_idx, &self.placed_cores(frame_idx, q), q, n)
+    }
+
+    fn gradient_of(
+        &self,
+        frame_idx: usize,
+        cores: &[PlacedCore; 2],
+        q: &[f64],
+        n: &Vector3<f64>,
+    ) -> Vec<f64> {
         let sides = &self.frames[frame_idx].sides;
         let mut g = vec![0.0; q.len()];
         for (k, factor) in [(0, 1.0), (1, -1.0)] {
             let PlacedCore { core, R, p } = &cores[k];
             // The witness of A lies against the normal, that of B along it.
-            let w = R.tr_mul(&n) * -factor;
+            let w = R.tr_mul(n) * -factor;
             let x = p + R * core.soft_support_point(&w);
-            sides[k].add_gradient(q, &n, &x, factor, &mut g);
+            sides[k].add_gradient(q, n, &x, factor, &mut g);
         }
-        Tangent { n, gap: gap - self.radius, g }
+        g
     }
 
     /// A plane for the cell, its normal fixed in frame `frame_idx`: the separating normal at the cell's centre and
@@ -190,23 +216,34 @@ impl PairModel {
             }
         }
         let kappa = [a0.value + b0.value - radius, ag.value + bg.value - radius - excess];
-        let paths = if kappa[0] >= kappa[1] { [a0.path, b0.path] } else { [ag.path, bg.path] };
-        Plane { n: *n, g: g.to_vec(), kappa, paths }
+        Plane { n: *n, g: g.to_vec(), kappa, paths: [[a0.path, b0.path], [ag.path, bg.path]] }
     }
 
     /// The coordinate of the pair whose halving gains most on the worst control path of `plane`, plus a little for
     /// its width; `None` if no coordinate has any width.
-    pub fn split_coordinate(&self, frame_idx: usize, cell: &CellBox, plane: &Plane) -> Option<usize> {
+    pub fn split_coordinate(
+        &self,
+        frame_idx: usize,
+        cell: &CellBox,
+        plane: &Plane,
+        with_row: bool,
+    ) -> Option<usize> {
         let sides = &self.frames[frame_idx].sides;
         let zero = vec![0.0; plane.g.len()];
-        let with_row = plane.kappa[1] > plane.kappa[0];
         let g = if with_row { &plane.g } else { &zero };
         let mut best: Option<(f64, usize)> = None;
         for side_idx in 0..2 {
             let r = if side_idx == 0 { plane.n } else { -plane.n };
             let side = &sides[side_idx];
             let value = |halved: usize| {
-                crate::control_net::value_on_path(side, cell, &r, g, &plane.paths[side_idx], halved)
+                crate::control_net::value_on_path(
+                    side,
+                    cell,
+                    &r,
+                    g,
+                    &plane.paths[usize::from(with_row)][side_idx],
+                    halved,
+                )
             };
             let before = value(usize::MAX);
             for step in &side.steps {

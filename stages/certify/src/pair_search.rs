@@ -5,18 +5,19 @@
 //! Source: mathematics.md 2.1, certificates.md section 4.
 
 use crate::cell::{CellBox, CellTree};
-use crate::contact::contact_cuts;
 use crate::control_net::{ControlNet, MAX_HALF_ANGLE};
 use crate::guide::Guide;
 use crate::options::CertifyOptions;
-use crate::pair_model::{PairModel, Plane};
+use crate::pair_model::{PairModel, Plane, Tangent};
 use crate::row_program::RowProgram;
 use crate::rows::{Multipliers, RowBound, Rows};
 use ipc_types::artefact::Cell;
+use nalgebra::Vector3;
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
 
 /// What all pairs of a region share.
+#[derive(Clone, Copy)]
 pub struct RegionData<'a> {
     /// Rows of the region as it came.
     pub rows: &'a Rows,
@@ -29,7 +30,7 @@ pub struct RegionData<'a> {
     /// Further points that stay.
     pub keep: &'a [Vec<f64>],
     /// Makes the samples by which cuts are judged, the same each time.
-    pub guide: &'a dyn Fn() -> Guide,
+    pub guide: &'a (dyn Fn() -> Guide + Sync),
     /// A cut leaves the centre at least this room.
     pub min_room: f64,
 }
@@ -70,6 +71,9 @@ struct Waiting {
     size: f64,
     node: usize,
     cell: CellBox,
+    /// Rows that the cell may violate, of the first `n_rows_seen`.
+    rows: Vec<u32>,
+    n_rows_seen: usize,
 }
 
 impl PartialEq for Waiting {
@@ -96,10 +100,40 @@ const SPLIT_HALF_ANGLE: f64 = 0.7;
 const CHEAP_NET: usize = 100;
 /// Frames that are tried on all of the region's box at first, those with the smallest nets.
 const N_CHEAP_FRAMES: usize = 2;
-/// After this many cells the samples that collide are cut away first (`contact_cuts`).
-const CELLS_BEFORE_CONTACT_CUTS: u64 = 300;
 /// A cell is contracted by a row if that takes away this share of a width.
 const MIN_CONTRACTION: f64 = 0.2;
+/// After so many cuts rows that others imply are taken out of use.
+const CUTS_BETWEEN_PRUNINGS: usize = 64;
+/// Normals that are tried on a cell in one frame.
+const MAX_NORMALS: usize = 4;
+
+/// What a frame says of a cell.
+enum Answer {
+    Empty(Multipliers),
+    /// Frame, plane, and the multipliers if the row is used.
+    Apart(usize, Plane, Option<Multipliers>),
+    Open(Attempt),
+}
+
+/// A plane that does not separate the pair on a cell.
+struct Attempt {
+    frame_idx: usize,
+    /// What it proves instead, metres, or an upper bound of that.
+    gap: f64,
+    n: Vector3<f64>,
+    g: Vec<f64>,
+    /// If it was worth evaluating.
+    plane: Option<Plane>,
+    /// Whether the row helps.
+    with_row: bool,
+    multipliers: Multipliers,
+    /// L.
+    bound: f64,
+    /// Configurations in cell ∩ region at which normals failed.
+    witnesses: Vec<(Vec<f64>, Tangent)>,
+    /// A configuration in cell ∩ region that collides.
+    contact: Option<Vec<f64>>,
+}
 
 struct Search<'a> {
     model: &'a PairModel,
@@ -108,6 +142,8 @@ struct Search<'a> {
     rows: Rows,
     guide: Option<Guide>,
     program: RowProgram,
+    /// Rows that the present cell may violate.
+    relevant: Vec<u32>,
     frame_order: Vec<usize>,
     tree: CellTree,
     queue: BinaryHeap<Waiting>,
@@ -120,7 +156,7 @@ pub fn search(
     region: &RegionData<'_>,
     options: &CertifyOptions,
     net: &mut ControlNet,
-    is_stopped: &dyn Fn() -> bool,
+    is_stopped: &(dyn Fn() -> bool + Sync),
 ) -> PairOutcome {
     let mut search = Search {
         model,
@@ -129,6 +165,7 @@ pub fn search(
         rows: region.rows.clone(),
         guide: None,
         program: RowProgram::default(),
+        relevant: Vec::new(),
         frame_order: Vec::new(),
         tree: CellTree::new(),
         queue: BinaryHeap::new(),
@@ -143,17 +180,16 @@ pub fn search(
         let reason = format!("more than {} joints turn between the bodies", 2 * crate::pair_model::MAX_TURNS);
         return PairOutcome::Failed { configuration: region.center.to_vec(), reason };
     }
-    while let Some(Waiting { node, cell, .. }) = search.queue.pop() {
+    while let Some(Waiting { node, cell, rows, n_rows_seen, .. }) = search.queue.pop() {
         search.n_tried += 1;
         if search.n_tried > options.max_cells {
             return PairOutcome::Limit { n_cells: options.max_cells };
         }
-        if search.n_tried == CELLS_BEFORE_CONTACT_CUTS && options.cuts_allowed() {
-            search.cut_contacts();
-        }
         if search.n_tried.is_multiple_of(256) && is_stopped() {
             return PairOutcome::Stopped;
         }
+        search.relevant = rows;
+        search.note_new_rows(n_rows_seen);
         if let Err(reason) = search.treat(net, node, cell.clone()) {
             return PairOutcome::Failed { configuration: cell.centers(), reason };
         }
@@ -193,7 +229,18 @@ impl Search<'_> {
             [0.05, 0.25].iter().map(|share| self.around_center(&cell, *share)).collect();
         self.frame_order = self.model.frame_order(net, &samples);
         let size = self.model.size(&cell);
-        self.queue.push(Waiting { size, node, cell });
+        let rows = self.rows.active().to_vec();
+        self.queue.push(Waiting { size, node, cell, rows, n_rows_seen: self.rows.len() });
+    }
+
+    /// Adds the rows made since there were `n_rows_seen` to the relevant ones, and takes superseded ones out.
+    fn note_new_rows(&mut self, n_rows_seen: usize) {
+        if n_rows_seen < self.rows.len() {
+            let rows = &self.rows;
+            self.relevant.retain(|&row| rows.is_active(row));
+            let new = n_rows_seen as u32..self.rows.len() as u32;
+            self.relevant.extend(new.filter(|&row| rows.is_active(row)));
+        }
     }
 
     /// A cell about the region's centre with the given share of the widths of `cell`.
@@ -246,38 +293,36 @@ impl Search<'_> {
             true => self.frame_order.len(),
             false => 1,
         };
-        let mut best: Option<(f64, usize, Plane, Multipliers)> = None;
+        let mut best: Option<Attempt> = None;
         for position in 0..n_frames {
-            let frame_idx = self.frame_order[position];
-            let plane = self.model.plane(net, frame_idx, &cell);
-            if plane.kappa[0] > self.model.demand() {
-                self.close(node, frame_idx, &plane, false, Vec::new());
-                return Ok(());
-            }
-            let enough = self.model.demand() - plane.kappa[1] + 1e-2 * self.model.margin;
-            match self.rows.minimize(&mut self.program, &cell, &plane.g, enough) {
-                RowBound::Empty(multipliers) => {
+            match self.attempt(net, self.frame_order[position], &cell) {
+                Answer::Empty(multipliers) => {
                     self.tree.close(node, Cell::Empty { multipliers });
                     return Ok(());
                 }
-                RowBound::Bound { value, multipliers } => {
-                    let gap = plane.kappa[1] + value;
-                    if gap > self.model.demand() {
-                        self.close(node, frame_idx, &plane, true, multipliers);
-                        return Ok(());
-                    }
-                    if best.as_ref().is_none_or(|(most, ..)| gap > *most) {
-                        best = Some((gap, frame_idx, plane, multipliers));
+                Answer::Apart(frame_idx, plane, multipliers) => {
+                    self.close(
+                        node,
+                        frame_idx,
+                        &plane,
+                        multipliers.is_some(),
+                        multipliers.unwrap_or_default(),
+                    );
+                    return Ok(());
+                }
+                Answer::Open(attempt) => {
+                    if best.as_ref().is_none_or(|best| attempt.gap > best.gap) {
+                        best = Some(attempt);
                     }
                 }
             }
         }
         // At least one frame was tried.
-        let Some((gap, frame_idx, plane, multipliers)) = best else { return Err("no frame".to_owned()) };
+        let Some(attempt) = best else { return Err("no frame".to_owned()) };
         let displacement = self.model.displacement(&cell);
         if self.options.cuts_allowed() {
-            let loss = self.allowed_loss(displacement);
-            if self.cut(node, &cell, frame_idx, &plane, &multipliers, gap, loss) {
+            let loss = self.allowed_loss(displacement, attempt.contact.is_some());
+            if self.cut(net, node, &cell, &attempt, loss) {
                 return Ok(());
             }
         }
@@ -286,13 +331,134 @@ impl Search<'_> {
                 if self.options.cuts_allowed() { "no cut keeps the centre" } else { "cuts are forbidden" };
             return Err(format!("no plane separates the bodies around it, and {what}"));
         }
-        match self.model.split_coordinate(frame_idx, &cell, &plane) {
+        match self.split_coordinate(&cell, &attempt) {
             Some(j) if cell.lower[j] < cell.center(j) && cell.center(j) < cell.upper[j] => {
                 self.split(node, cell, j);
                 Ok(())
             }
             _ => Err("no plane separates the bodies around it, and the cell cannot be split".to_owned()),
         }
+    }
+
+    /// Looks for a plane in frame `frame_idx`. The normal at the cell's centre comes first, which may lie outside the
+    /// region; where it fails on the region, normals that hold there are tried.
+    fn attempt(&mut self, net: &mut ControlNet, frame_idx: usize, cell: &CellBox) -> Answer {
+        let model = self.model;
+        let (demand, center) = (model.demand(), cell.centers());
+        let Tangent { mut n, mut gap, mut g } = model.tangent(frame_idx, &center);
+        let spread: f64 = model.coordinates.iter().map(|&j| g[j].abs() * cell.half(j)).sum();
+        if gap > spread {
+            let plane = model.kappa(net, frame_idx, cell, &n, &g);
+            if plane.kappa[0] > demand {
+                return Answer::Apart(frame_idx, plane, None);
+            }
+        }
+        let mut witnesses: Vec<(Vec<f64>, Tangent)> = Vec::new();
+        loop {
+            let (bound, multipliers) =
+                match self.rows.minimize_over(&mut self.program, &self.relevant, cell, &g, f64::INFINITY) {
+                    RowBound::Empty(multipliers) => return Answer::Empty(multipliers),
+                    RowBound::Bound { value, multipliers } => (value, multipliers),
+                };
+            let worst = self.program.point(cell);
+            if gap + bound > demand {
+                let plane = model.kappa(net, frame_idx, cell, &n, &g);
+                if plane.kappa[0] > demand {
+                    return Answer::Apart(frame_idx, plane, None);
+                }
+                if plane.kappa[1] + bound > demand {
+                    return Answer::Apart(frame_idx, plane, Some(multipliers));
+                }
+                let at_worst = plane.kappa[1] + bound;
+                let with_row = at_worst > plane.kappa[0];
+                return Answer::Open(Attempt {
+                    frame_idx,
+                    gap: at_worst,
+                    n,
+                    g,
+                    plane: Some(plane),
+                    with_row,
+                    multipliers,
+                    bound,
+                    witnesses: vec![],
+                    contact: None,
+                });
+            }
+            // No plane along n: the first-order gap at `worst`, in the region, is too small.
+            let tangent = model.tangent(frame_idx, &worst);
+            let is_contact = tangent.gap <= demand;
+            let contact = is_contact.then(|| worst.clone());
+            witnesses.push((worst, tangent));
+            let last = witnesses.len() - 1;
+            let mut better: Option<(f64, Vector3<f64>)> = None;
+            if !is_contact && witnesses.len() < MAX_NORMALS {
+                let mut offer = |candidate: Vector3<f64>| {
+                    let norm = candidate.norm();
+                    if !(norm > 0.1) {
+                        return;
+                    }
+                    let candidate = candidate / norm;
+                    let least = witnesses
+                        .iter()
+                        .map(|(q, _)| model.gap_along(frame_idx, q, &candidate))
+                        .fold(f64::INFINITY, f64::min);
+                    if least > demand && better.is_none_or(|(most, _)| least > most) {
+                        better = Some((least, candidate));
+                    }
+                };
+                offer(witnesses[last].1.n);
+                if last > 0 {
+                    for (_, earlier) in &witnesses[..last] {
+                        offer(earlier.n);
+                        offer(earlier.n + witnesses[last].1.n);
+                    }
+                }
+            }
+            match better {
+                Some((_, normal)) if (normal - n).norm() > 1e-6 => {
+                    n = normal;
+                    gap = model.gap_along(frame_idx, &center, &n);
+                    g = model.gradient(frame_idx, &center, &n);
+                }
+                _ => {
+                    return Answer::Open(Attempt {
+                        frame_idx,
+                        gap: gap + bound,
+                        n,
+                        g,
+                        plane: None,
+                        with_row: true,
+                        multipliers,
+                        bound,
+                        witnesses,
+                        contact,
+                    });
+                }
+            }
+        }
+    }
+
+    /// The coordinate to halve: where a plane along the normal failed by its remainder, the one that gains most on the
+    /// worst control path; where normals failed, the one that tells most between the points that they failed at.
+    fn split_coordinate(&self, cell: &CellBox, attempt: &Attempt) -> Option<usize> {
+        let model = self.model;
+        if let Some(plane) = &attempt.plane {
+            return model.split_coordinate(attempt.frame_idx, cell, plane, attempt.with_row);
+        }
+        let center = cell.centers();
+        let (last, tangent) = attempt.witnesses.last()?;
+        let mut best: Option<(f64, usize)> = None;
+        for (k, &j) in model.coordinates.iter().enumerate() {
+            let mut score = 1e-4 * model.levers[k] * cell.half(j);
+            score += (tangent.g[j] - attempt.g[j]).abs() * (last[j] - center[j]).abs();
+            for (q, other) in &attempt.witnesses[..attempt.witnesses.len() - 1] {
+                score += (tangent.g[j] - other.g[j]).abs() * (last[j] - q[j]).abs();
+            }
+            if cell.half(j) > 0.0 && best.is_none_or(|(most, _)| score > most) {
+                best = Some((score, j));
+            }
+        }
+        best.map(|(_, j)| j)
     }
 
     /// The widest angle of the pair, measured by displacement, among those too wide for a control net.
@@ -318,7 +484,8 @@ impl Search<'_> {
         lower.upper[j] = at;
         upper.lower[j] = at;
         for (node, cell) in nodes.into_iter().zip([lower, upper]) {
-            self.queue.push(Waiting { size: self.model.size(&cell), node, cell });
+            let (rows, n_rows_seen) = (self.relevant.clone(), self.rows.len());
+            self.queue.push(Waiting { size: self.model.size(&cell), node, cell, rows, n_rows_seen });
         }
     }
 
@@ -336,36 +503,52 @@ impl Search<'_> {
         self.tree.close(node, Cell::Separated { frame: frame_idx as u16, normal, g, multipliers });
     }
 
-    /// Contracts the cell by single rows, where that takes much away; `None` if a row excludes it all.
+    /// Contracts the cell by single rows, where that takes much away, and keeps the rows that it may violate; `None`
+    /// if a row excludes it all.
     fn contract(&mut self, mut node: usize, mut cell: CellBox) -> Option<(usize, CellBox)> {
         let n = cell.lower.len();
-        for position in 0..self.rows.active().len() {
-            let row = self.rows.active()[position];
-            let (a, b) = (self.rows.a[row as usize].clone(), self.rows.b[row as usize]);
-            let least: f64 = (0..n).map(|j| (a[j] * cell.lower[j]).min(a[j] * cell.upper[j])).sum();
+        let mut n_relevant = 0;
+        for position in 0..self.relevant.len() {
+            let row = self.relevant[position];
+            let (mut least, mut most) = (0.0, 0.0);
+            for (j, a) in self.rows.a[row as usize].iter().enumerate() {
+                let (x, y) = (a * cell.lower[j], a * cell.upper[j]);
+                least += x.min(y);
+                most += x.max(y);
+            }
+            let b = self.rows.b[row as usize];
+            if most <= b {
+                continue;
+            }
+            self.relevant[n_relevant] = row;
+            n_relevant += 1;
             let room = b - least;
             if room < 0.0 && self.rows.excludes(&cell, &[(row, 1.0)]) {
                 self.tree.close(node, Cell::Empty { multipliers: vec![(row, 1.0)] });
                 return None;
             }
-            for k in 0..self.model.coordinates.len() {
-                let j = self.model.coordinates[k];
+            if !(room >= 0.0) {
+                continue;
+            }
+            for j in 0..n {
+                let a = self.rows.a[row as usize][j];
                 let width = cell.upper[j] - cell.lower[j];
                 // Along coordinate j the row leaves `room / |a_j|` of the width.
-                if !(a[j].abs() * width * (1.0 - MIN_CONTRACTION) > room) || !(room >= 0.0) {
+                if !(a.abs() * width * (1.0 - MIN_CONTRACTION) > room) || !self.model.depends_on(j) {
                     continue;
                 }
-                let left = (room / a[j].abs()) + 1e-7 * width;
+                let left = (room / a.abs()) + 1e-7 * width;
                 let (at, below) =
-                    if a[j] > 0.0 { (cell.lower[j] + left, false) } else { (cell.upper[j] - left, true) };
+                    if a > 0.0 { (cell.lower[j] + left, false) } else { (cell.upper[j] - left, true) };
                 (node, cell) = self.trim(node, cell, j, at, below, &vec![(row, 1.0)]);
             }
         }
+        self.relevant.truncate(n_relevant);
         Some((node, cell))
     }
 
     /// Share of the samples that a cut for a cell of this displacement may lose now.
-    fn allowed_loss(&self, displacement: f64) -> f64 {
+    fn allowed_loss(&self, displacement: f64, _is_contact: bool) -> f64 {
         let options = self.options;
         if displacement < options.give_up {
             1.0 - options.min_kept
@@ -377,30 +560,25 @@ impl Search<'_> {
         }
     }
 
-    /// Cuts away the samples that collide.
-    fn cut_contacts(&mut self) {
-        let guide = self.guide.get_or_insert_with(self.region.guide);
-        let most = guide.least_kept() - self.options.min_kept;
-        for (a, b) in contact_cuts(self.model, self.region.center, guide, self.region.limits) {
-            if keeps(self.region, &a, b) && guide.loss(&a, b, most).is_some() {
-                guide.cut(&a, b);
-                self.rows.push(a, b, None);
-            }
-        }
-    }
-
     /// Closes the cell by cutting the region, if a cut keeps what it must and loses at most the share `loss`.
-    #[allow(clippy::too_many_arguments)]
     fn cut(
         &mut self,
+        net: &mut ControlNet,
         node: usize,
         cell: &CellBox,
-        frame_idx: usize,
-        plane: &Plane,
-        multipliers: &Multipliers,
-        gap: f64,
+        attempt: &Attempt,
         loss: f64,
     ) -> bool {
+        let (frame_idx, multipliers) = (attempt.frame_idx, &attempt.multipliers);
+        let computed;
+        let plane = match &attempt.plane {
+            Some(plane) => plane,
+            None => {
+                computed = self.model.kappa(net, frame_idx, cell, &attempt.n, &attempt.g);
+                &computed
+            }
+        };
+        let gap = plane.kappa[1] + attempt.bound;
         let demand = self.model.clearance + self.options.cut_margin.max(2.0 * self.model.margin);
         let mut candidates: Vec<(Vec<f64>, f64, Option<u32>, Multipliers)> = Vec::new();
         // A face that the bound leans on, moved inwards until the gap is there.
@@ -442,6 +620,9 @@ impl Search<'_> {
                     guide.cut(&self.rows.a[row], self.rows.b[row]);
                 }
                 self.close(node, frame_idx, plane, true, multipliers);
+                if (row + 1 - self.region.rows.len()).is_multiple_of(CUTS_BETWEEN_PRUNINGS) {
+                    self.rows.prune(&mut self.program, self.region.limits);
+                }
                 return true;
             }
             self.rows.pop(superseded);
@@ -451,7 +632,7 @@ impl Search<'_> {
 }
 
 /// Whether the cut keeps the centre well inside, and the points to keep.
-fn keeps(region: &RegionData<'_>, a: &[f64], b: f64) -> bool {
+pub fn keeps(region: &RegionData<'_>, a: &[f64], b: f64) -> bool {
     let slack = |q: &[f64]| b - a.iter().zip(q).map(|(a, q)| a * q).sum::<f64>();
     slack(region.center) > region.min_room && region.keep.iter().all(|q| slack(q) >= MIN_ROOM_KEPT)
 }

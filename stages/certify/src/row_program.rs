@@ -47,8 +47,15 @@ pub struct RowProgram {
 impl RowProgram {
     /// Multipliers of the active rows of `rows` for min g·δ over the cell; it may stop once the bound exceeds
     /// `enough`.
-    pub fn minimize(&mut self, rows: &Rows, cell: &CellBox, g: &[f64], enough: f64) -> Verdict {
-        self.load(rows, cell, g);
+    pub fn minimize(
+        &mut self,
+        rows: &Rows,
+        relevant: &[u32],
+        cell: &CellBox,
+        g: &[f64],
+        enough: f64,
+    ) -> Verdict {
+        self.load(rows, relevant, cell, g);
         let n = self.n;
         for _ in 0..MAX_PIVOTS {
             let objective: f64 = self.cost.iter().zip(&self.u).map(|(c, u)| c * u).sum();
@@ -92,7 +99,7 @@ impl RowProgram {
     }
 
     /// Scales the programme and starts at the corner of the cell that is cheapest.
-    fn load(&mut self, rows: &Rows, cell: &CellBox, g: &[f64]) {
+    fn load(&mut self, rows: &Rows, relevant: &[u32], cell: &CellBox, g: &[f64]) {
         let n = g.len();
         self.n = n;
         self.half.clear();
@@ -103,7 +110,7 @@ impl RowProgram {
             buffer.clear();
         }
         self.index.clear();
-        for &row in rows.active() {
+        for &row in relevant {
             let a = &rows.a[row as usize];
             let (mut beta, mut most, mut norm) = (rows.b[row as usize], 0.0, 0.0);
             for j in 0..n {

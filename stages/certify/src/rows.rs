@@ -14,8 +14,9 @@ pub struct Rows {
     pub a: Vec<Vec<f64>>,
     /// Offsets.
     pub b: Vec<f64>,
-    /// The rows that programmes use, by index; a row that another dominates is left out.
+    /// The rows that programmes use, by index, sorted; rows that others imply are left out.
     active: Vec<u32>,
+    is_active: Vec<bool>,
 }
 
 /// What a programme over cell ∩ region said.
@@ -40,6 +41,7 @@ impl Rows {
             a: (0..m).map(|i| polyhedron.A.row(i).iter().copied().collect()).collect(),
             b: polyhedron.b.iter().copied().collect(),
             active: (0..m as u32).collect(),
+            is_active: vec![true; m],
         }
     }
 
@@ -53,8 +55,12 @@ impl Rows {
         let index = self.b.len() as u32;
         self.a.push(a);
         self.b.push(b);
-        self.active.retain(|&row| Some(row) != superseded);
+        self.is_active.push(true);
+        if let Some(row) = superseded {
+            self.is_active[row as usize] = false;
+        }
         self.active.push(index);
+        self.active.retain(|&row| self.is_active[row as usize]);
         index
     }
 
@@ -62,9 +68,11 @@ impl Rows {
     pub fn pop(&mut self, superseded: Option<u32>) {
         self.a.pop();
         self.b.pop();
-        self.active.pop();
-        self.active.extend(superseded);
-        self.active.sort_unstable();
+        self.is_active.pop();
+        if let Some(row) = superseded {
+            self.is_active[row as usize] = true;
+        }
+        self.active = (0..self.b.len() as u32).filter(|&row| self.is_active[row as usize]).collect();
     }
 
     /// b − a·q of row `row`.
@@ -97,7 +105,19 @@ impl Rows {
 
     /// min { g·δ : q ∈ cell ∩ region } by its multipliers; it may stop once the bound exceeds `enough`.
     pub fn minimize(&self, program: &mut RowProgram, cell: &CellBox, g: &[f64], enough: f64) -> RowBound {
-        let multipliers = match program.minimize(self, cell, g, enough) {
+        self.minimize_over(program, &self.active, cell, g, enough)
+    }
+
+    /// As [`Rows::minimize`], by the rows `relevant` only.
+    pub fn minimize_over(
+        &self,
+        program: &mut RowProgram,
+        relevant: &[u32],
+        cell: &CellBox,
+        g: &[f64],
+        enough: f64,
+    ) -> RowBound {
+        let multipliers = match program.minimize(self, relevant, cell, g, enough) {
             Verdict::Bound(multipliers) => multipliers,
             Verdict::Infeasible(multipliers) => {
                 if self.excludes(cell, &multipliers) {
@@ -116,12 +136,38 @@ impl Rows {
         size > 0.0 && self.bound(cell, &zero, multipliers) > MARGIN_EMPTY * size
     }
 
-    /// Rows in use.
+    /// Takes rows out of use that the others imply on `limits`, the latest first.
+    pub fn prune(&mut self, program: &mut RowProgram, limits: &CellBox) {
+        for position in (0..self.active.len()).rev() {
+            let row = self.active.remove(position);
+            let minus_a: Vec<f64> = self.a[row as usize].iter().map(|a| -a).collect();
+            let at_center: f64 = minus_a.iter().enumerate().map(|(j, a)| a * limits.center(j)).sum();
+            let needed = -self.b[row as usize] - at_center;
+            let implied = match self.minimize(program, limits, &minus_a, needed + TOL_IMPLIED) {
+                RowBound::Bound { value, .. } => value >= needed,
+                RowBound::Empty(_) => false,
+            };
+            if implied {
+                self.is_active[row as usize] = false;
+            } else {
+                self.active.insert(position, row);
+            }
+        }
+    }
+
+    /// Whether the row is in use.
+    pub fn is_active(&self, row: u32) -> bool {
+        self.is_active[row as usize]
+    }
+
+    /// Rows in use, sorted.
     pub fn active(&self) -> &[u32] {
         &self.active
     }
 }
 
+/// A programme over rows stops once it exceeds what it is asked for by this, in units of the coordinates.
+const TOL_IMPLIED: f64 = 1e-9;
 /// A cell counts as outside the region if it misses it by this, in units of the coordinates. Erring side: keeps cells
 /// that miss by less.
 const MARGIN_EMPTY: f64 = 1e-12;

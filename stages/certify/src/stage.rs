@@ -171,7 +171,7 @@ fn feed(
 }
 
 impl Work<'_> {
-    fn certify(&self, region: &Region, is_stopped: &dyn Fn() -> bool) -> Result1 {
+    fn certify(&self, region: &Region, is_stopped: &(dyn Fn() -> bool + Sync)) -> Result1 {
         let _span = spans::enter("certify.region", region.id);
         let candidate = wire::Region::from_artefact(region, self.scene.dim())
             .map_err(|error| CertifyError::Region { region_id: region.id, problem: error.to_string() })?;

@@ -109,7 +109,7 @@ proptest! {
         let g: Vec<f64> = (0..n).map(|_| number(1.0)).collect();
         let cell = CellBox { lower: vec![-1.0; n], upper: (0..n).map(|j| 0.5 + j as f64).collect() };
         let mut program = RowProgram::default();
-        let verdict = program.minimize(&rows, &cell, &g, f64::INFINITY);
+        let verdict = program.minimize(&rows, rows.active(), &cell, &g, f64::INFINITY);
         let (multipliers, is_empty) = match verdict {
             Verdict::Bound(multipliers) => (multipliers, false),
             Verdict::Infeasible(multipliers) => (multipliers, true),

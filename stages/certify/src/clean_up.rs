@@ -1,0 +1,170 @@
+//! Cuts collisions off a region before its cells are tried: few good cuts in place of many small ones.
+//!
+//! From samples with a small gap the gap of each pair is followed downhill inside the region (successive linear
+//! programmes in a shrinking box). Where it ends in a collision, the region gets a face: of a few candidates the one
+//! that loses the fewest samples. Nothing here is a proof; what it misses the search for cells finds.
+
+use crate::cell::CellBox;
+use crate::guide::Guide;
+use crate::pair_model::{PairModel, Tangent};
+use crate::row_program::RowProgram;
+use crate::rows::Rows;
+
+/// What a clean-up needs of a region.
+pub struct CleanUp<'a> {
+    /// Joint limits.
+    pub limits: &'a CellBox,
+    /// A point that stays inside.
+    pub center: &'a [f64],
+    /// Whether the cut a·q ≤ b is allowed.
+    pub may_cut: &'a dyn Fn(&[f64], f64) -> bool,
+    /// Share of the samples that one cut may lose.
+    pub max_loss: f64,
+}
+
+/// Samples of a pair whose gaps are compared.
+const N_LOOKED_AT: usize = 3000;
+/// Of these so many, with the least gaps, are followed downhill.
+const N_DESCENTS: usize = 40;
+/// Rounds over all pairs.
+const N_ROUNDS: usize = 4;
+/// First half-width of the box of a step, as a share of the joint range.
+const FIRST_TRUST: f64 = 0.05;
+/// Steps of a descent.
+const MAX_STEPS: usize = 12;
+/// A face is placed this far off contact, metres of gap.
+const ROOM: f64 = 1e-4;
+/// Steps from a collision to contact.
+const N_NEWTON: usize = 4;
+/// Rows with less slack than this count as active.
+const TOL_ACTIVE: f64 = 1e-6;
+/// Halvings on the way to the centre.
+const N_BISECTIONS: usize = 20;
+
+/// Adds cuts to `rows` and takes what they lose out of `guide`; returns how many.
+pub fn clean_up(models: &[&PairModel], rows: &mut Rows, guide: &mut Guide, task: &CleanUp<'_>) -> usize {
+    let mut program = RowProgram::default();
+    let mut n_cuts = 0;
+    let mut is_done = vec![false; models.len()];
+    for _ in 0..N_ROUNDS {
+        for (model, is_done) in models.iter().zip(&mut is_done).filter(|(_, is_done)| !**is_done) {
+            let mut starts: Vec<(f64, Vec<f64>)> = guide
+                .samples()
+                .take(N_LOOKED_AT)
+                .map(|q| (model.gap(q) - model.clearance, q.to_vec()))
+                .collect();
+            starts.sort_by(|x, y| x.0.total_cmp(&y.0));
+            let mut n_here = 0;
+            for (_, start) in starts.into_iter().take(N_DESCENTS) {
+                let (gap, q) = descend(model, rows, task.limits, &start, &mut program);
+                if gap <= model.demand() && cut(model, rows, guide, task, &q) {
+                    n_here += 1;
+                }
+            }
+            *is_done = n_here == 0;
+            n_cuts += n_here;
+        }
+        rows.prune(&mut program, task.limits);
+    }
+    n_cuts
+}
+
+/// A configuration of the region with a small gap, by steps downhill from `start`, and the gap less clearance.
+fn descend(
+    model: &PairModel,
+    rows: &Rows,
+    limits: &CellBox,
+    start: &[f64],
+    program: &mut RowProgram,
+) -> (f64, Vec<f64>) {
+    let mut q = start.to_vec();
+    let mut tangent = model.tangent(0, &q);
+    let mut trust = FIRST_TRUST;
+    for _ in 0..MAX_STEPS {
+        let mut cell = limits.clone();
+        for &j in &model.coordinates {
+            let half = trust * 2.0 * limits.half(j);
+            cell.lower[j] = (q[j] - half).max(limits.lower[j]);
+            cell.upper[j] = (q[j] + half).min(limits.upper[j]);
+        }
+        program.minimize(rows, rows.active(), &cell, &tangent.g, f64::INFINITY);
+        let next = program.point(&cell);
+        let next_tangent = model.tangent(0, &next);
+        if next_tangent.gap < tangent.gap {
+            (q, tangent) = (next, next_tangent);
+        } else {
+            trust *= 0.3;
+            if trust < 1e-3 {
+                break;
+            }
+        }
+    }
+    (tangent.gap - model.clearance, q)
+}
+
+/// Cuts the collision at `x` off; whether that was allowed.
+fn cut(model: &PairModel, rows: &mut Rows, guide: &mut Guide, task: &CleanUp<'_>, x: &[f64]) -> bool {
+    let mut candidates: Vec<(Vec<f64>, f64)> = Vec::new();
+    // The half-space of the gap to first order, at the contact that lies straight uphill.
+    let mut contact = x.to_vec();
+    for _ in 0..N_NEWTON {
+        let Tangent { gap, g, .. } = model.tangent(0, &contact);
+        let g2 = dot(&g, &g);
+        if !(g2 > 0.0) {
+            break;
+        }
+        let step = (model.clearance + ROOM - gap) / g2;
+        contact.iter_mut().zip(&g).for_each(|(q, g)| *q += step * g);
+    }
+    for at in [&contact[..], x] {
+        let Tangent { gap, g, .. } = model.tangent(0, at);
+        let norm = dot(&g, &g).sqrt();
+        if norm > 0.0 {
+            let a: Vec<f64> = g.iter().map(|g| 0.0 - g / norm).collect();
+            let b = dot(&a, at) + (gap - model.clearance - ROOM) / norm;
+            candidates.push((a, b));
+        }
+    }
+    // Where the way to the centre leaves the collision: the faces that meet at x moved there, and their mean.
+    let at = |t: f64| -> Vec<f64> { task.center.iter().zip(x).map(|(c, x)| c + t * (x - c)).collect() };
+    let (mut free, mut colliding) = (0.0, 1.0);
+    for _ in 0..N_BISECTIONS {
+        let t = 0.5 * (free + colliding);
+        if model.gap(&at(t)) > model.clearance + ROOM { free = t } else { colliding = t }
+    }
+    let free = at(free);
+    let mut mean = vec![0.0; x.len()];
+    for &row in rows.active() {
+        if rows.slack(row as usize, x) < TOL_ACTIVE {
+            let a = &rows.a[row as usize];
+            mean.iter_mut().zip(a).for_each(|(mean, a)| *mean += a);
+            candidates.push((a.clone(), dot(a, &free)));
+        }
+    }
+    let norm = dot(&mean, &mean).sqrt();
+    if norm > 1e-3 {
+        mean.iter_mut().for_each(|mean| *mean /= norm);
+        let b = dot(&mean, &free);
+        candidates.push((mean, b));
+    }
+    let mut best: Option<(f64, usize)> = None;
+    for (position, (a, b)) in candidates.iter().enumerate() {
+        let most = best.map_or(task.max_loss, |(loss, _)| loss);
+        if dot(a, x) > *b
+            && (task.may_cut)(a, *b)
+            && let Some(loss) = guide.loss(a, *b, most)
+            && best.is_none_or(|(least, _)| loss < least)
+        {
+            best = Some((loss, position));
+        }
+    }
+    let Some((_, position)) = best else { return false };
+    let (a, b) = candidates.swap_remove(position);
+    guide.cut(&a, b);
+    rows.push(a, b, None);
+    true
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
