@@ -1,46 +1,33 @@
-//! Covers a visibility graph with cliques (Werner et al. 2023; thesis 2, definition 11), greedily: from the vertex
-//! with most neighbours left, the clique takes the candidate that keeps most other candidates, until none is left.
+//! Covers a visibility graph with cliques (Werner et al. 2023; thesis 2, definition 11): the largest one first, then the
+//! largest among the vertices that are left, and so on.
 
 use convex_sets::{Hyperellipsoid, min_enclosing_ellipsoid};
 use nalgebra::DVector;
 
 use crate::domain::Domain;
+use crate::max_clique::{greedy_clique, largest_clique};
 use crate::seed::Seed;
+use crate::vertex_set::VertexSet;
 use crate::visibility::VisibilityGraph;
 
 /// Shortest half-axis of a clique's ellipsoid, in units of the domain.
 const LEAST_HALF_AXIS: f64 = 0.01;
 
-/// Disjoint cliques that cover all vertices, largest first, each sorted.
-pub(crate) fn clique_cover(graph: &VisibilityGraph) -> Vec<Vec<usize>> {
-    let mut left: Vec<usize> = (0..graph.n_vertices()).collect();
+/// Disjoint cliques that cover all vertices, largest first, each sorted. While at most `max_exact` vertices are left,
+/// the clique taken is the largest there is; with more it is a greedy one with swaps.
+pub(crate) fn clique_cover(graph: &VisibilityGraph, max_exact: usize) -> Vec<Vec<usize>> {
+    let mut left = VertexSet::all(graph.n_vertices());
     let mut cliques = Vec::new();
     while !left.is_empty() {
-        let clique = greedy_clique(graph, &left);
-        left.retain(|vertex| clique.binary_search(vertex).is_err());
+        let clique = match left.len() <= max_exact {
+            true => largest_clique(graph, &left),
+            false => greedy_clique(graph, &left),
+        };
+        clique.iter().for_each(|&vertex| left.remove(vertex));
         cliques.push(clique);
     }
     cliques.sort_by_key(|clique| std::cmp::Reverse(clique.len()));
     cliques
-}
-
-/// A clique among `vertices` (not empty) that no other of them can join.
-fn greedy_clique(graph: &VisibilityGraph, vertices: &[usize]) -> Vec<usize> {
-    let mut candidates = vertices.to_vec();
-    let mut clique = Vec::new();
-    while !candidates.is_empty() {
-        let mut best = (candidates[0], 0);
-        for (idx, &vertex) in candidates.iter().enumerate() {
-            let n_kept = candidates.iter().filter(|&&other| graph.sees(vertex, other)).count();
-            if idx == 0 || n_kept > best.1 {
-                best = (vertex, n_kept);
-            }
-        }
-        clique.push(best.0);
-        candidates.retain(|&other| graph.sees(best.0, other));
-    }
-    clique.sort_unstable();
-    clique
 }
 
 /// The seed of a clique: the ellipsoid around its points, about its center if that is free and `is_new` (no region
@@ -69,23 +56,53 @@ mod tests {
     #[test]
     fn two_triangles_that_share_an_edge() {
         let graph = VisibilityGraph::from_edges(4, &[(0, 1), (0, 2), (1, 2), (1, 3), (2, 3)]);
-        assert_eq!(clique_cover(&graph), vec![vec![0, 1, 2], vec![3]]);
+        for max_exact in [0, 4] {
+            assert_eq!(clique_cover(&graph, max_exact), vec![vec![0, 1, 2], vec![3]]);
+        }
     }
 
     #[test]
     fn no_edges_no_vertices_and_all_edges() {
-        assert_eq!(clique_cover(&VisibilityGraph::from_edges(2, &[])), vec![vec![0], vec![1]]);
-        assert!(clique_cover(&VisibilityGraph::from_edges(0, &[])).is_empty());
+        assert_eq!(clique_cover(&VisibilityGraph::from_edges(2, &[]), 9), vec![vec![0], vec![1]]);
+        assert!(clique_cover(&VisibilityGraph::from_edges(0, &[]), 9).is_empty());
         let edges: Vec<(usize, usize)> = (0..5).flat_map(|i| (0..i).map(move |j| (i, j))).collect();
-        assert_eq!(clique_cover(&VisibilityGraph::from_edges(5, &edges)), vec![vec![0, 1, 2, 3, 4]]);
+        assert_eq!(clique_cover(&VisibilityGraph::from_edges(5, &edges), 9), vec![vec![0, 1, 2, 3, 4]]);
     }
 
     #[test]
     fn cliques_are_maximal_among_what_is_left() {
         // A star: the center sees all, the leaves see no one else.
         let graph = VisibilityGraph::from_edges(4, &[(0, 1), (0, 2), (0, 3)]);
-        let cover = clique_cover(&graph);
-        assert_eq!(cover[0], vec![0, 1]);
-        assert_eq!(cover.len(), 3);
+        for max_exact in [0, 4] {
+            let cover = clique_cover(&graph, max_exact);
+            assert_eq!(cover[0], vec![0, 1]);
+            assert_eq!(cover.len(), 3);
+        }
+    }
+
+    /// Random graphs: a partition into cliques, and the exact one starts with a clique at least as large.
+    #[test]
+    fn covers_are_partitions_into_cliques() {
+        use rand::{RngExt, SeedableRng};
+        let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(1);
+        for n in [1, 7, 40, 130] {
+            let edges: Vec<(usize, usize)> = (0..n)
+                .flat_map(|i| (0..i).map(move |j| (i, j)))
+                .filter(|_| rng.random::<f64>() < 0.5)
+                .collect();
+            let graph = VisibilityGraph::from_edges(n, &edges);
+            let covers = [clique_cover(&graph, 0), clique_cover(&graph, 200)];
+            assert!(covers[1][0].len() >= covers[0][0].len());
+            for cover in covers {
+                let mut vertices: Vec<usize> = cover.concat();
+                vertices.sort_unstable();
+                assert!(vertices.into_iter().eq(0..n));
+                for clique in cover {
+                    for (k, &i) in clique.iter().enumerate() {
+                        assert!(clique[..k].iter().all(|&j| graph.sees(i, j)));
+                    }
+                }
+            }
+        }
     }
 }

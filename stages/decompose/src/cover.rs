@@ -396,11 +396,11 @@ impl<'a, S: Sink> Cover<'a, S> {
     ) -> Result<bool, S::Error> {
         let points: Vec<DVector<f64>> =
             uncovered.iter().take(self.options.visibility_samples).map(|q| domain.u_from_q(q)).collect();
-        let graph = VisibilityGraph::new(domain, &points);
+        let graph = VisibilityGraph::new(domain, &points, self.options.threads);
         let whole = self.whole.clone();
         let is_thin = matches!(kind, TargetKind::Grasp | TargetKind::GraspPlacement);
         let mut jobs = Vec::new();
-        for clique in clique_cover(&graph).into_iter().take(MAX_CLIQUES) {
+        for clique in clique_cover(&graph, self.options.max_exact_clique).into_iter().take(MAX_CLIQUES) {
             let members: Vec<DVector<f64>> = clique.iter().map(|&vertex| points[vertex].clone()).collect();
             let is_new = |u: &DVector<f64>| !covered(&self.covering, &domain.q_from_u(u));
             let Some(seed) = seed_of_clique(domain, &members, &is_new) else { continue };

@@ -6,12 +6,11 @@
 use convex_sets::HPolyhedron;
 use nalgebra::DVector;
 use rand_chacha::ChaCha8Rng;
-use std::sync::Mutex;
-use std::sync::atomic::{AtomicUsize, Ordering};
 
 use crate::coverage::contains;
 use crate::domain::Domain;
 use crate::grower::{Draft, Growth, Method, grow, refine};
+use crate::parallel::for_each;
 use crate::seed::Seed;
 use crate::streams::Streams;
 
@@ -54,7 +53,7 @@ impl Growing<'_> {
     /// Grows all jobs to drafts; `None` where there is no region.
     pub(crate) fn drafts(&self, jobs: &[GrowthJob<'_, '_>], streams: &mut Streams) -> Vec<Option<Candidate>> {
         let rngs: Vec<ChaCha8Rng> = jobs.iter().map(|_| streams.take()).collect();
-        self.for_each(jobs.len(), &|idx| {
+        for_each(jobs.len(), self.threads, self.is_stopped, &|idx| {
             let job = &jobs[idx];
             let draft = grow(job.domain, &job.seed, &self.growth, &mut rngs[idx].clone())?;
             Some(Candidate { polyhedron: job.domain.region(&draft.polyhedron), draft })
@@ -70,7 +69,7 @@ impl Growing<'_> {
         streams: &mut Streams,
     ) -> Vec<Grown> {
         let rngs: Vec<ChaCha8Rng> = chosen.iter().map(|_| streams.take()).collect();
-        let refined = self.for_each(chosen.len(), &|place| {
+        let refined = for_each(chosen.len(), self.threads, self.is_stopped, &|place| {
             let (job, candidate) = (&jobs[chosen[place]], candidates[chosen[place]].as_ref()?);
             let P = refine(job.domain, &candidate.draft, &self.growth, &mut rngs[place].clone())?;
             let polyhedron = job.domain.region(&P);
@@ -82,36 +81,6 @@ impl Growing<'_> {
             inside.then_some(Grown { polyhedron, center, method })
         });
         refined.into_iter().flatten().collect()
-    }
-
-    /// `work(0..n)` in order of the index, on any number of threads.
-    fn for_each<T: Send>(&self, n: usize, work: &(dyn Fn(usize) -> Option<T> + Sync)) -> Vec<Option<T>> {
-        let results: Vec<Mutex<Option<T>>> = (0..n).map(|_| Mutex::new(None)).collect();
-        let next = AtomicUsize::new(0);
-        let worker = || {
-            loop {
-                let idx = next.fetch_add(1, Ordering::Relaxed);
-                if idx >= n || (self.is_stopped)() {
-                    return;
-                }
-                let result = work(idx);
-                // A poisoned lock only says that another thread panicked; the slot itself is whole.
-                *results[idx].lock().unwrap_or_else(|poisoned| poisoned.into_inner()) = result;
-            }
-        };
-        if self.threads <= 1 || n <= 1 {
-            worker();
-        } else {
-            std::thread::scope(|scope| {
-                for _ in 0..self.threads.min(n) {
-                    scope.spawn(worker);
-                }
-            });
-        }
-        results
-            .into_iter()
-            .map(|slot| slot.into_inner().unwrap_or_else(|poisoned| poisoned.into_inner()))
-            .collect()
     }
 }
 

@@ -1,8 +1,9 @@
 //! Convex regions of the collision-free configuration space.
 //!
 //! Seeds come from a visibility clique cover (Werner et al. 2023; thesis 2, appendix D), regions from IRIS-ZO
-//! (Werner et al. 2024), until the requested share of CS_free, CG_free and CP_free is covered. Regions are found by
-//! sampling: they may contain small collisions, which certification cuts away.
+//! (Werner et al. 2024) or one of its kin, until the requested share of CS_free, CG_free and CP_free is covered. All but
+//! those of IRIS are found by sampling or local search: they may contain small collisions, which certification cuts
+//! away.
 
 mod anchors;
 mod bridges;
@@ -19,10 +20,12 @@ mod iris_np;
 mod iris_np2;
 mod iris_zo;
 mod leaf_chords;
+mod max_clique;
 mod nearest_collision;
 mod options;
 mod pair_metric;
 mod pairs;
+mod parallel;
 mod placing;
 mod problem;
 mod regions_at;
@@ -31,6 +34,7 @@ mod scene_problem;
 mod seed;
 mod streams;
 mod target;
+mod vertex_set;
 mod visibility;
 
 pub use cover::{Decomposition, Ending, Sink, decompose};

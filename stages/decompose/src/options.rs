@@ -57,6 +57,10 @@ pub struct Options {
     /// Uncovered samples of a visibility graph. Larger: better cliques, quadratic in time.
     #[arg(long, default_value_t = 100)]
     pub visibility_samples: usize,
+    /// Cliques are the largest there are while at most this many samples are left of a visibility graph, and greedy
+    /// with swaps while there are more. Larger: better cliques, more time on dense graphs.
+    #[arg(long, default_value_t = 40)]
+    pub max_exact_clique: usize,
     /// Rounds of visibility graph, clique cover and growth.
     #[arg(long, default_value_t = 20)]
     pub max_rounds: usize,
@@ -101,6 +105,7 @@ impl Default for Options {
             max_iterations: 4,
             coverage_samples: 4000,
             visibility_samples: 100,
+            max_exact_clique: 40,
             max_rounds: 20,
             max_regions: 400,
             max_feedback_rounds: 4,

@@ -280,6 +280,47 @@ fn a_region_along_a_segment_contains_it() {
     }
 }
 
+/// Faces are prisms over the coordinates that their pair does not depend on.
+#[test]
+fn faces_depend_on_what_some_pair_depends_on() {
+    let scene = load("iiwa14-shelf");
+    let checker = CollisionChecker::new(&scene);
+    for method in [Method::IrisZo, Method::IrisNp2, Method::IrisNp] {
+        let options = Options { method, epsilon: 0.02, ..Options::default() };
+        let P = &grown(&scene, &ARM_SEEDS[0], &options)[0];
+        let mut n_sparse = 0;
+        for face_idx in 2 * scene.dim()..P.n_faces() {
+            let depends: Vec<usize> = (0..scene.dim()).filter(|&j| P.A[(face_idx, j)] != 0.0).collect();
+            let explains = |pair_idx| {
+                let of_pair = checker.pair_coordinates(pair_idx);
+                depends.iter().all(|j| of_pair.contains(j))
+            };
+            assert!((0..checker.n_pairs()).any(explains), "{method:?}: face over {depends:?}");
+            n_sparse += usize::from(depends.len() < scene.dim());
+        }
+        assert!(n_sparse > 0, "{method:?}");
+    }
+}
+
+#[test]
+fn every_grower_covers_what_is_to_be_covered() {
+    for (name, methods) in
+        [("slider-gap", &ALL[..]), ("two-rooms", &ALL[..]), ("bottle-cap-3dof", &ALL[1..3])]
+    {
+        let scene = load(name);
+        let task = scene.task(None).ok();
+        let checker = CollisionChecker::new(&scene);
+        let problem = problem_of_scene(&scene, task, &checker);
+        for &method in methods {
+            let options = Options { method, ..Options::default() };
+            let Ok(found) = decompose(&problem, &options, 0, &mut Nowhere, &|| false);
+            assert_eq!(found.ending, Ending::Covered, "{name}, {method:?}");
+            assert!(found.regions.len() <= 24, "{name}, {method:?}: {} regions", found.regions.len());
+            assert!(found.regions.iter().all(|region| region.method.starts_with(method.name())));
+        }
+    }
+}
+
 #[test]
 fn same_seed_same_region() {
     let scene = load("bottle-cap-4dof");
