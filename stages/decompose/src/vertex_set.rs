@@ -27,6 +27,7 @@ impl VertexSet {
         self.words[vertex / 64] &= !(1 << (vertex % 64));
     }
 
+    #[cfg(test)]
     pub(crate) fn contains(&self, vertex: usize) -> bool {
         self.words[vertex / 64] >> (vertex % 64) & 1 == 1
     }

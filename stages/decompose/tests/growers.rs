@@ -3,8 +3,8 @@
 use collision::CollisionChecker;
 use convex_sets::{HPolyhedron, HitAndRun};
 use decompose::{
-    Anchor, Method, Options, Problem, ProblemError, Segment, Sink, problem_of_scene, regions_along,
-    regions_at,
+    Anchor, Ending, Method, Options, Problem, ProblemError, Segment, Sink, decompose, problem_of_scene,
+    regions_along, regions_at,
 };
 use nalgebra::DVector;
 use rand::SeedableRng;
