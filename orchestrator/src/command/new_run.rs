@@ -18,11 +18,6 @@ use std::time::{Duration, Instant};
 pub fn new_run(args: &NewRunArgs, request: &RunRequest) -> Result<ExitCode, Failure> {
     // Also says that the scene is not there before a directory is made for it.
     crate::run_directory::scene_name(&args.scene)?;
-    if args.certify == CertifyMethod::Sos {
-        return Err(Failure::bad_input(
-            "--certify sos: sums of squares are not in this version; use `--certify swept`, or `none`",
-        ));
-    }
     let run = match &args.out {
         Some(path) => RunDirectory::create_at(path)?,
         None => RunDirectory::create_next(&args.scene)?,

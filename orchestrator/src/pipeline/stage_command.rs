@@ -20,7 +20,7 @@ fn program(stage: StageName, commands: &StageCommands) -> Result<(PathBuf, Vec<O
     }
 }
 
-/// Arguments of both modes: scene, task, seed, clearance, options.
+/// Arguments of both modes: scene, task, seed, clearance, kind of certificate, options.
 fn given(request: &StageRequest) -> Vec<OsString> {
     let mut arguments: Vec<OsString> = vec!["--scene".into(), request.scene.clone().into()];
     if let Some(task) = &request.task {
@@ -29,6 +29,9 @@ fn given(request: &StageRequest) -> Vec<OsString> {
     arguments.extend(["--seed".into(), request.seed.to_string().into()]);
     if let Some(clearance) = request.clearance {
         arguments.extend(["--clearance".into(), clearance.to_string().into()]);
+    }
+    if request.stage == StageName::Certify && request.certify == CertifyMethod::Sos {
+        arguments.extend(["--method".into(), "sos".into()]);
     }
     arguments.extend(request.options.arguments(request.stage).into_iter().map(OsString::from));
     arguments

@@ -5,6 +5,7 @@
 //! done. Source: mathematics.md 2.1, *Order*.
 
 use crate::assemble::{Assembled, SharedProof, assemble};
+use crate::bounds::coordinate_bounds;
 use crate::cell::CellBox;
 use crate::clean_up::{CleanUp, clean_up};
 use crate::contact::least_gap;
@@ -15,7 +16,9 @@ use crate::options::{CertifyOptions, Method};
 use crate::pair_model::PairModel;
 use crate::pair_search::{PairOutcome, RegionData, keeps, search};
 use crate::row_program::RowProgram;
-use crate::rows::{Multipliers, RowBound, Rows};
+use crate::rows::Rows;
+use crate::sums::pair_sums::PairSums;
+use crate::sums::region_sums::certify_by_sums;
 use convex_sets::HPolyhedron;
 use ipc_types::artefact::RegionCertificate;
 use nalgebra::DVector;
@@ -55,7 +58,7 @@ pub struct CertifiedRegion {
     pub certificate: RegionCertificate,
     /// Share of the candidate's volume that is left, estimated from samples.
     pub volume_kept: f64,
-    /// Cells tried, over all pairs.
+    /// Cells tried, or semidefinite programmes solved, over all pairs.
     pub n_cells: u64,
     /// Cuts made, over all pairs.
     pub n_cuts: usize,
@@ -142,6 +145,8 @@ impl Shared {
 #[derive(Debug, Clone)]
 pub struct Certifier {
     pairs: Vec<PairModel>,
+    /// The same pairs; empty unless the method is sums of squares.
+    sums: Vec<PairSums>,
     limits: CellBox,
     options: CertifyOptions,
     seed: u64,
@@ -153,8 +158,6 @@ const EASY_CELLS: u64 = 400;
 const N_LANES: usize = 2;
 /// A cut leaves the centre this share of the distance that it had to the nearest face.
 const MIN_ROOM_SHARE: f64 = 0.05;
-/// Bounds of the region are moved outwards by this share of the range, so that multipliers prove them.
-const BOUND_SLACK: f64 = 1e-7;
 
 impl Certifier {
     /// All pairs of `scene`, each with the distance that `clearance` asks of it.
@@ -164,13 +167,15 @@ impl Certifier {
         options: &CertifyOptions,
         seed: u64,
     ) -> Result<Self, CertifyError> {
-        if options.method == Method::Sos {
-            return Err(CertifyError::MethodNotAvailable);
-        }
         options.validate()?;
         let pairs = scene.collision_pairs();
+        let sums = match options.method {
+            Method::Swept => Vec::new(),
+            Method::Sos => pairs.iter().map(|&pair| PairSums::new(scene, pair, clearance(pair))).collect(),
+        };
         Ok(Self {
             pairs: pairs.into_iter().map(|pair| PairModel::new(scene, pair, clearance(pair))).collect(),
+            sums,
             limits: CellBox {
                 lower: scene.lower().iter().copied().collect(),
                 upper: scene.upper().iter().copied().collect(),
@@ -185,7 +190,7 @@ impl Certifier {
         self.pairs.iter().map(|model| model.pair)
     }
 
-    /// Certifies `candidate`, cutting it where needed. `is_stopped` is asked now and then.
+    /// Certifies `candidate`, cutting it where needed, or shrinking it where the method is sums of squares. `is_stopped` is asked now and then.
     pub fn certify_region(
         &self,
         candidate: &Candidate,
@@ -193,8 +198,13 @@ impl Certifier {
         is_stopped: &(dyn Fn() -> bool + Sync),
     ) -> Result<CertifyOutcome, CertifyError> {
         self.validate(candidate)?;
+        if self.options.method == Method::Sos {
+            let (shrinking, settings) = (self.options.shrinking(), self.options.sums_settings());
+            let (sums, limits) = (&self.sums, &self.limits);
+            return Ok(certify_by_sums(sums, limits, candidate, shrinking, &settings, is_stopped));
+        }
         let rows = Rows::new(&candidate.polyhedron);
-        let bounds = self.bounds(&rows);
+        let bounds = coordinate_bounds(&rows, &self.limits);
         // In more dimensions more of a region lies beside its faces, where cuts are made: more samples, smaller cuts.
         let scale = self.limits.lower.len().saturating_sub(3).max(1);
         let options =
@@ -334,23 +344,5 @@ impl Certifier {
             }
         }
         Ok(())
-    }
-
-    /// For each coordinate what the rows imply on both sides, where that is inside the joint limits.
-    fn bounds(&self, rows: &Rows) -> Vec<[Option<(f64, Multipliers)>; 2]> {
-        let n = self.limits.lower.len();
-        let mut program = RowProgram::default();
-        let mut bound = |j: usize, sign: f64| {
-            let mut g = vec![0.0; n];
-            g[j] = sign;
-            let RowBound::Bound { value, multipliers } =
-                rows.minimize(&mut program, &self.limits, &g, f64::INFINITY)
-            else {
-                return None;
-            };
-            let slack = BOUND_SLACK * (self.limits.upper[j] - self.limits.lower[j]);
-            (!multipliers.is_empty()).then(|| (self.limits.center(j) + sign * (value - slack), multipliers))
-        };
-        (0..n).map(|j| [bound(j, 1.0), bound(j, -1.0)]).collect()
     }
 }

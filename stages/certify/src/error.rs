@@ -6,8 +6,6 @@ use thiserror::Error;
 #[derive(Debug, Clone, PartialEq, Error)]
 #[allow(missing_docs)] // The messages say what the fields are.
 pub enum CertifyError {
-    #[error("--method sos: sum-of-squares certificates are not available yet; use --method swept")]
-    MethodNotAvailable,
     #[error("region {region_id}: {problem}; make the regions again with regrasp-decompose")]
     Region { region_id: u64, problem: String },
     #[error("option {option} = {value}: {remedy}")]

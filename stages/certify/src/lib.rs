@@ -1,13 +1,15 @@
 //! Certificates of freedom from collision for regions and paths.
 //!
 //! [`Certifier::certify_region`] proves a polytope of C-space free against every pair of bodies by swept hulls
-//! (mathematics.md 2.1), and cuts it where it is not; the certificate can be re-checked without a solver.
+//! (mathematics.md 2.1), and cuts it where it is not, or by sums of squares (2.2), and shrinks it; the certificate can
+//! be re-checked without a solver.
 
 // `!(x > 0.0)` refuses what is not a number as well, which `x <= 0.0` would let pass.
 #![allow(clippy::neg_cmp_op_on_partial_ord)]
 
 pub mod acceptance;
 mod assemble;
+mod bounds;
 mod cell;
 mod certify_region;
 mod clean_up;
@@ -25,6 +27,7 @@ mod rows;
 mod separating_normal;
 mod side;
 mod stage;
+mod sums;
 mod support;
 
 pub use certify_region::{Candidate, CertifiedRegion, Certifier, CertifyOutcome, Purpose};

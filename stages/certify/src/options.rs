@@ -1,6 +1,8 @@
 //! Options of the stage.
 
 use crate::error::CertifyError;
+use crate::sums::region_sums::Shrinking;
+use crate::sums::search_sums::SumsSettings;
 use serde::{Deserialize, Serialize};
 
 /// Kind of certificate.
@@ -10,7 +12,7 @@ pub enum Method {
     /// Swept hulls in C-space (mathematics.md 2.1).
     #[default]
     Swept,
-    /// Sums of squares in TC-space (mathematics.md 2.2); not available yet.
+    /// Sums of squares in TC-space (mathematics.md 2.2): a region is shrunk, not cut.
     Sos,
 }
 
@@ -62,6 +64,19 @@ pub struct CertifyOptions {
     /// Cells that a pair may use in one region before it is given up.
     #[arg(long, default_value_t = 2_000_000)]
     pub max_cells: u64,
+    /// Sums of squares: the width of a region is found up to this share of it. Smaller: more volume, more time.
+    #[arg(long, default_value_t = 0.02)]
+    pub shrink_resolution: f64,
+    /// Sums of squares: a region that would be shrunk to less than this share of its width is rejected.
+    #[arg(long, default_value_t = 0.1)]
+    pub min_width: f64,
+    /// Sums of squares: most rows that a programme uses beside the box of the pair's joints. Larger: more volume, more
+    /// time.
+    #[arg(long, default_value_t = 12)]
+    pub max_rows: usize,
+    /// Sums of squares: frames in which a pair's plane is sought. Larger: more volume, more time where there is none.
+    #[arg(long, default_value_t = 2)]
+    pub max_frames: usize,
 }
 
 impl Default for CertifyOptions {
@@ -80,6 +95,10 @@ impl Default for CertifyOptions {
             cut_margin: 1e-7,
             min_kept: 0.25,
             max_cells: 2_000_000,
+            shrink_resolution: 0.02,
+            min_width: 0.1,
+            max_rows: 12,
+            max_frames: 2,
         }
     }
 }
@@ -93,10 +112,18 @@ impl CertifyOptions {
             ("max-thin-cut-loss", self.max_thin_cut_loss),
             ("max-clean-up-loss", self.max_clean_up_loss),
             ("min-kept", self.min_kept),
+            ("shrink-resolution", self.shrink_resolution),
+            ("min-width", self.min_width),
         ];
         for (option, value) in shares {
             if !(0.0..=1.0).contains(&value) {
                 return Err(CertifyError::Option { option, value, remedy: "give a share between 0 and 1" });
+            }
+        }
+        for (option, value) in [("shrink-resolution", self.shrink_resolution), ("min-width", self.min_width)]
+        {
+            if value == 0.0 {
+                return Err(CertifyError::Option { option, value, remedy: "give a share above 0" });
             }
         }
         let lengths = [("thin", self.thin), ("give-up", self.give_up), ("cut-margin", self.cut_margin)];
@@ -110,6 +137,20 @@ impl CertifyOptions {
             }
         }
         Ok(())
+    }
+
+    /// What sums of squares need.
+    pub(crate) fn shrinking(&self) -> Shrinking {
+        Shrinking { resolution: self.shrink_resolution, least: self.min_width }
+    }
+
+    /// What sums of squares need.
+    pub(crate) fn sums_settings(&self) -> SumsSettings {
+        SumsSettings {
+            max_rows: self.max_rows,
+            max_frames: self.max_frames,
+            solver: conic::Settings::default(),
+        }
     }
 
     /// Whether regions may be cut.

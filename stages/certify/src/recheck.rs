@@ -8,6 +8,8 @@ use crate::control_net::ControlNet;
 use crate::control_net::MAX_HALF_ANGLE;
 use crate::pair_model::PairModel;
 use crate::rows::Rows;
+use crate::sums::pair_sums::PairSums;
+use crate::sums::recheck_sums::{SumsError, recheck_sums};
 use convex_sets::HPolyhedron;
 use ipc_types::artefact::{Cell, PairCertificate, PairProof, RegionCertificate, RowOrigin, SweptProof};
 use nalgebra::{DMatrix, DVector, Vector3};
@@ -23,8 +25,8 @@ pub enum RecheckError {
     Pairs,
     #[error("pair {pair_idx}, cell {cell_idx}: {problem}")]
     Cell { pair_idx: usize, cell_idx: usize, problem: &'static str },
-    #[error("pair {pair_idx} is proven by sums of squares, which are not looked at here")]
-    SumOfSquares { pair_idx: usize },
+    #[error("pair {pair_idx}, sum of squares: {problem}")]
+    Sums { pair_idx: usize, problem: SumsError },
 }
 
 /// Looks at the certificate of `region`; returns the number of cells.
@@ -73,7 +75,10 @@ pub fn recheck(
                     .map_err(|(cell_idx, problem)| RecheckError::Cell { pair_idx, cell_idx, problem })?;
                 n_cells += proof.cells.len();
             }
-            PairProof::SumOfSquares(_) => return Err(RecheckError::SumOfSquares { pair_idx }),
+            PairProof::SumOfSquares(proof) => {
+                recheck_sums(&PairSums::new(scene, *pair, certificate.clearance), proof, &rows, &limits)
+                    .map_err(|problem| RecheckError::Sums { pair_idx, problem })?;
+            }
         }
     }
     Ok(n_cells)

@@ -10,3 +10,4 @@ mod reference_scenes;
 mod regions;
 mod sampled_proofs;
 mod swept_bodies;
+mod sums;

@@ -15,7 +15,7 @@ fn options() -> CertifyOptions {
 }
 
 /// A box about a free configuration of the scene, with widths a share of the ranges.
-pub fn candidate(scene: &Scene, rng: &mut ChaCha8Rng, share: f64) -> Option<Candidate> {
+pub(super) fn candidate(scene: &Scene, rng: &mut ChaCha8Rng, share: f64) -> Option<Candidate> {
     let checker = CollisionChecker::new(scene);
     let (lower, upper) = (scene.lower(), scene.upper());
     let random = |rng: &mut ChaCha8Rng| {
@@ -38,7 +38,6 @@ pub fn certify(scene: &Scene, candidate: &Candidate, clearance: f64) -> Option<C
     }
 }
 
-/// Samples of a polytope: uniform in its joint box, kept if inside; vertices towards random directions.
 fn cells(pair: &mut PairCertificate) -> &mut Vec<Cell> {
     match &mut pair.proof {
         PairProof::Swept(proof) => &mut proof.cells,
@@ -46,7 +45,8 @@ fn cells(pair: &mut PairCertificate) -> &mut Vec<Cell> {
     }
 }
 
-pub fn samples(polyhedron: &HPolyhedron, scene: &Scene, rng: &mut ChaCha8Rng) -> Vec<DVector<f64>> {
+/// Samples of a polytope: uniform in its joint box, kept if inside; vertices towards random directions.
+pub(super) fn samples(polyhedron: &HPolyhedron, scene: &Scene, rng: &mut ChaCha8Rng) -> Vec<DVector<f64>> {
     let bounds = polyhedron.bounding_box().expect("a region is bounded");
     let mut found = Vec::new();
     for _ in 0..2000 {
