@@ -12,11 +12,11 @@ const OUTPUTS: [&str; 6] = [
     "decompose/regions.json",
 ];
 
-fn outputs_do_not_depend_on_workers(name: &str) {
+fn outputs_do_not_depend_on_workers(name: &str, certify: &str) {
     let folder = tempfile::tempdir().expect("a folder");
     let runs = ["1", "2", "4"].map(|workers| {
         let run = folder.path().join(workers);
-        plan(&scene(name), &run, &["--seed", "5", "--workers", workers]).expect_code(0);
+        plan(&scene(name), &run, &["--seed", "5", "--certify", certify, "--workers", workers]).expect_code(0);
         run
     });
     for file in OUTPUTS {
@@ -28,10 +28,15 @@ fn outputs_do_not_depend_on_workers(name: &str) {
 
 #[test]
 fn workers_do_not_change_a_plan_of_3_coordinates() {
-    outputs_do_not_depend_on_workers("bottle-cap-3dof");
+    outputs_do_not_depend_on_workers("bottle-cap-3dof", "swept");
 }
 
 #[test]
 fn workers_do_not_change_a_plan_of_4_coordinates() {
-    outputs_do_not_depend_on_workers("bottle-cap-4dof");
+    outputs_do_not_depend_on_workers("bottle-cap-4dof", "swept");
+}
+
+#[test]
+fn workers_do_not_change_what_sums_of_squares_certify() {
+    outputs_do_not_depend_on_workers("bottle-cap-3dof", "sos");
 }

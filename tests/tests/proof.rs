@@ -6,8 +6,11 @@ mod answer_damage;
 mod certificate_damage;
 #[path = "proof/damage.rs"]
 mod damage;
+#[path = "proof/sum_damage.rs"]
+mod sum_damage;
 
 use damage::{Damage, all_damages};
+use pipeline_tests::judge::Judge;
 use pipeline_tests::programs::{Finished, bytes, plan, program};
 use pipeline_tests::scenes::scene;
 use std::path::Path;
@@ -41,10 +44,30 @@ fn a_good_run_is_accepted_and_every_damage_to_it_is_named() {
 
     let damages = all_damages();
     assert!(damages.len() >= 80, "{} kinds of damage", damages.len());
+    each_is_named(folder.path(), &good, damages);
+}
+
+/// The same for sums of squares; and no sample of a region that they certify collides.
+#[test]
+fn sums_of_squares_are_accepted_and_every_damage_to_them_is_named() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let good = folder.path().join("good");
+    plan(&scene("bottle-cap-3dof"), &good, &["--certify", "sos"]).expect_code(0);
+    let accepted = check(&good).expect_code(0);
+    assert!(accepted.stderr.contains("sums of squares for"), "{}", accepted.stderr);
+    let judge = Judge::new(&scene("bottle-cap-3dof"), &good);
+    assert!(judge.regions.regions.iter().filter(|region| region.certified).count() > 5);
+    assert_eq!(judge.colliding_samples(), 0);
+    judge.judge_motion();
+    each_is_named(folder.path(), &good, sum_damage::all());
+}
+
+/// Each damage to a copy of the run `good` is rejected with the words expected.
+fn each_is_named(folder: &Path, good: &Path, damages: Vec<Damage>) {
     let mut wrong = Vec::new();
     for Damage { name, apply, expected } in damages {
-        let run = folder.path().join("damaged");
-        copy(&good, &run);
+        let run = folder.join("damaged");
+        copy(good, &run);
         apply(&run);
         let answer = check(&run);
         if answer.code != Some(1) || !answer.stderr.contains(expected) {

@@ -27,7 +27,7 @@ mod rows;
 mod separating_normal;
 mod side;
 mod stage;
-mod sums;
+pub mod sums;
 mod support;
 
 pub use certify_region::{Candidate, CertifiedRegion, Certifier, CertifyOutcome, Purpose};

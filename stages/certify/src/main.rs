@@ -2,6 +2,7 @@
 
 use certify::acceptance::{AcceptArgs, accept_run};
 use certify::path::command::{self, PathArgs};
+use certify::sums::grow_command::{self, GrowArgs};
 use stage_kit::{Outcome, StageError};
 
 /// Commands besides `run` and `serve`.
@@ -12,12 +13,16 @@ enum Command {
     /// Certify the path of any planner. Exit codes: 0 all pieces certified; 1 otherwise, the first that is not named;
     /// 2 bad input.
     Path(PathArgs),
+    /// Grow certified regions about configurations by sums of squares (C-IRIS). Exit codes: 0 each seed has a region; 1
+    /// otherwise; 2 bad input.
+    Grow(GrowArgs),
 }
 
 fn main() -> std::process::ExitCode {
     stage_kit::main_with::<certify::CertifyStage, Command>(|command| match command {
         Command::Accept(args) => accept(&args),
         Command::Path(args) => command::run(&args, &mut std::io::stdout()),
+        Command::Grow(args) => grow_command::run(&args, &mut std::io::stdout()),
     })
 }
 

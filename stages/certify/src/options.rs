@@ -65,7 +65,7 @@ pub struct CertifyOptions {
     #[arg(long, default_value_t = 2_000_000)]
     pub max_cells: u64,
     /// Sums of squares: the width of a region is found up to this share of it. Smaller: more volume, more time.
-    #[arg(long, default_value_t = 0.02)]
+    #[arg(long, default_value_t = 0.005)]
     pub shrink_resolution: f64,
     /// Sums of squares: a region that would be shrunk to less than this share of its width is rejected.
     #[arg(long, default_value_t = 0.1)]
@@ -95,7 +95,7 @@ impl Default for CertifyOptions {
             cut_margin: 1e-7,
             min_kept: 0.25,
             max_cells: 2_000_000,
-            shrink_resolution: 0.02,
+            shrink_resolution: 0.005,
             min_width: 0.1,
             max_rows: 12,
             max_frames: 2,

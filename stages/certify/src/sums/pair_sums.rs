@@ -53,6 +53,11 @@ impl PairSums {
         }
     }
 
+    /// The same pair over these coordinates, which include its own: for planes that move with all of them.
+    pub fn over(self, coordinates: &[usize], kinds: &[CoordinateKind]) -> Self {
+        Self { coordinates: coordinates.to_vec(), kinds: kinds.to_vec(), ..self }
+    }
+
     /// Positions of the frames in `chain.frames`, those with the smallest programmes first: the middle of the chain.
     pub fn frame_order(&self) -> Vec<usize> {
         let cost = |frame: &PairFrame| {

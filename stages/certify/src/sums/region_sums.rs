@@ -69,11 +69,13 @@ pub fn certify_by_sums(
     let mut ratio = 1.0;
     let mut proofs: Vec<(f64, SosProof)> = Vec::with_capacity(pairs.len());
     for pair in pairs {
-        let mut attempt = |ratio: f64| {
+        let mut attempt = |frames: &[usize], ratio: f64| {
             let rows = Rows::new(&shrunk.polyhedron(ratio));
             let region = SumsRegion { rows: &rows, limits, center: &center };
-            search_sums(pair, &region, settings, &mut n_solved)
+            search_sums(pair, frames, &region, settings, &mut n_solved)
         };
+        let mut frames = pair.frame_order();
+        frames.truncate(settings.max_frames);
         let reject = |configuration: Vec<f64>, reason: String| CertifyOutcome::Rejected {
             pair: pair.model.pair,
             configuration,
@@ -91,12 +93,13 @@ pub fn certify_by_sums(
         if is_stopped() {
             return CertifyOutcome::Stopped;
         }
-        if let Some(proof) = attempt(upper) {
+        if let Some((_, proof)) = attempt(&frames, upper) {
             ratio = upper;
             proofs.push((ratio, proof));
             continue;
         }
-        let Some(mut best) = attempt(shrinking.least) else {
+        let smallest = if upper > shrinking.least { attempt(&frames, shrinking.least) } else { None };
+        let Some((frame, mut best)) = smallest else {
             let reason = format!("no sum of squares was found even at {} of its width", shrinking.least);
             return reject(center, reason);
         };
@@ -106,8 +109,8 @@ pub fn certify_by_sums(
                 return CertifyOutcome::Stopped;
             }
             let middle = 0.5 * (ratio + upper);
-            match attempt(middle) {
-                Some(proof) => (ratio, best) = (middle, proof),
+            match attempt(&[frame], middle) {
+                Some((_, proof)) => (ratio, best) = (middle, proof),
                 None => upper = middle,
             }
         }

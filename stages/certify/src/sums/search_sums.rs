@@ -5,7 +5,7 @@
 //!                ‖a(s)‖ ≤ 1 at the corners of [−1, 1]^k,   γ ≤ γ_max,   Q_t ⪰ 0
 //! ```
 //!
-//! with w_t = 1, 1 ± s_i, and the rows. γ_max lies below what the region's centre allows: where it is reached, the
+//! with w_t = 1 ± s_i, and the rows. γ_max lies below what the region's centre allows: where it is reached, the
 //! solver ends inside the cone. What comes out is shifted to be positive definite and looked at by
 //! [`crate::sums::recheck_sums`]; only that decides. Source: Dai et al. 2023, section IV.
 
@@ -51,17 +51,19 @@ const SHIFT: f64 = 1e-11;
 /// Most corners of the box at which ‖a‖ is bounded one by one.
 const MAX_CORNER_VARIABLES: usize = 6;
 
-/// A proof, or `None` if none was found. `n_solved` counts programmes.
+/// A proof with the plane in one of the frames at these positions, and the frame's; `None` if none was found.
+/// `n_solved` counts programmes.
 pub fn search_sums(
     pair: &PairSums,
+    frames: &[usize],
     region: &SumsRegion<'_>,
     settings: &SumsSettings,
     n_solved: &mut u64,
-) -> Option<SosProof> {
+) -> Option<(usize, SosProof)> {
     let bounds = coordinate_bounds(region.rows, region.limits);
     let joints = tangent_space::joints(&pair.coordinates, &pair.kinds, &bounds, region.limits)?;
     let rows = tangent_space::rows(region.rows, region.limits, &joints, &pair.kinds, settings.max_rows);
-    for frame_idx in pair.frame_order().into_iter().take(settings.max_frames) {
+    for &frame_idx in frames {
         let enclosures = pair.enclosures(frame_idx, region.center);
         let sides = pair.sides(frame_idx, &enclosures, &joints)?;
         let gap = pair.model.gap(region.center) - pair.model.clearance;
@@ -73,7 +75,7 @@ pub fn search_sums(
         let Ok(solution) = programme.program.solve(&settings.solver) else { continue };
         let proof = programme.proof(pair, frame_idx, enclosures, joints.clone(), rows.clone(), &solution);
         if recheck_sums(pair, &proof, region.rows, region.limits).is_ok() {
-            return Some(proof);
+            return Some((frame_idx, proof));
         }
     }
     None
@@ -82,8 +84,8 @@ pub fn search_sums(
 struct Programme {
     program: SosProgram,
     k: usize,
-    /// For each side and point the terms: factors and Q.
-    terms: [Vec<Vec<(Vec<u16>, TermId)>>; 2],
+    /// For each side and point the terms' Q, one for each factor.
+    terms: [Vec<Vec<TermId>>; 2],
     bases: [GramBasis; 2],
 }
 
@@ -102,7 +104,7 @@ impl Programme {
         let conic = program.conic_mut();
         conic.add_linear_cost(gamma, -1.0);
         conic.add_less_equal(vec![(gamma, 1.0)], (GAMMA_SHARE * gap).min(MAX_GAMMA));
-        bound_norm(conic, k);
+        bound_norm(conic, 0, k);
         let factors = factors(k, rows);
         let bases = [sides[0].basis(), sides[1].basis()];
         let mut terms = [Vec::new(), Vec::new()];
@@ -112,30 +114,21 @@ impl Programme {
                 let mut slopes: Vec<(usize, Polynomial)> =
                     (0..n_plane).map(|at| (at, side.plane_slope(point_idx, at, k).scaled(sign))).collect();
                 slopes.push((gamma, Polynomial::constant(-1.0)));
-                let mut named: Vec<(Vec<u16>, Polynomial)> = Vec::new();
-                if k > 0 {
-                    named.push((Vec::new(), Polynomial::constant(1.0)));
-                }
-                named.extend(factors.iter().enumerate().map(|(at, w)| (vec![at as u16], w.clone())));
-                if k == 0 {
-                    // A number: γ is what is left of it.
-                    named.clear();
-                }
+                // The weight 1 would add nothing: it is the mean of 1 − s_i and 1 + s_i.
                 let identity = Identity {
                     constant: side.denominator.scaled(-(side.radius + 0.5 * clearance)),
                     slopes,
-                    terms: named
+                    terms: factors
                         .iter()
-                        .map(|(_, weight)| Term { weight: weight.clone(), basis: bases[side_idx].clone() })
+                        .map(|weight| Term { weight: weight.clone(), basis: bases[side_idx].clone() })
                         .collect(),
                 };
-                let names = named.into_iter().map(|(factors, _)| factors);
                 if k == 0 {
+                    // A number: γ is what is left of it.
                     at_least(&mut program, &identity);
                     terms[side_idx].push(Vec::new());
                 } else {
-                    let ids = program.add_identity(&identity);
-                    terms[side_idx].push(names.zip(ids).collect());
+                    terms[side_idx].push(program.add_identity(&identity));
                 }
             }
         }
@@ -154,11 +147,11 @@ impl Programme {
     ) -> SosProof {
         let k = self.k;
         let a = |i: usize| [0, 1, 2].map(|c| solution.unknown(3 * i + c));
-        let point = |side: usize, terms: &Vec<(Vec<u16>, TermId)>| {
-            terms
-                .iter()
-                .map(|(factors, id)| SosTerm {
-                    factors: factors.clone(),
+        let point = |side: usize, terms: &Vec<TermId>| {
+            (0_u16..)
+                .zip(terms)
+                .map(|(factor, id)| SosTerm {
+                    factors: vec![factor],
                     basis: side as u16,
                     gram: shifted(self.bases[side].order(), solution.gram(*id)),
                 })
@@ -186,27 +179,29 @@ fn at_least(program: &mut SosProgram, identity: &Identity) {
     program.conic_mut().add_less_equal(terms, identity.constant.coefficient(one));
 }
 
-/// ‖a(s)‖ ≤ 1 on the box: at its corners, or by the triangle inequality where these are many.
-fn bound_norm(conic: &mut conic::ConicProgram, k: usize) {
+/// ‖a(s)‖ ≤ 1 on the box: at its corners, or by the triangle inequality where these are many. The plane's unknowns
+/// start at `plane`.
+pub fn bound_norm(conic: &mut conic::ConicProgram, plane: usize, k: usize) {
     let one = Affine::new(Vec::new(), 1.0);
     if k <= MAX_CORNER_VARIABLES {
         for corner in 0..1_usize << k {
             let sign = |i: usize| if i == 0 || corner >> (i - 1) & 1 == 1 { 1.0 } else { -1.0 };
-            let component = |c: usize| Affine::new((0..=k).map(|i| (3 * i + c, sign(i))).collect(), 0.0);
+            let component =
+                |c: usize| Affine::new((0..=k).map(|i| (plane + 3 * i + c, sign(i))).collect(), 0.0);
             conic.add_second_order_cone(one.clone(), (0..3).map(component).collect());
         }
         return;
     }
     let first = conic.add_variables(k + 1);
     for i in 0..=k {
-        let parts = (0..3).map(|c| Affine::variable(3 * i + c)).collect();
+        let parts = (0..3).map(|c| Affine::variable(plane + 3 * i + c)).collect();
         conic.add_second_order_cone(Affine::variable(first + i), parts);
     }
     conic.add_less_equal((0..=k).map(|i| (first + i, 1.0)).collect(), 1.0);
 }
 
 /// The matrix with as much added to its diagonal as makes it positive definite.
-fn shifted(order: usize, mut packed: Vec<f64>) -> Vec<f64> {
+pub fn shifted(order: usize, mut packed: Vec<f64>) -> Vec<f64> {
     let diagonal = |j: usize| j * (j + 3) / 2;
     let most = (0..order).map(|j| packed[diagonal(j)].abs()).fold(0.0, f64::max);
     let margin = RELATIVE_SHIFT * most + SHIFT;

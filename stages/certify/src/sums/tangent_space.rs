@@ -37,7 +37,7 @@ pub fn joints(
             };
             let usable =
                 lower < upper && (*kind == CoordinateKind::Prismatic || half < MAX_HALF_ANGLE.min(PI));
-            usable.then(|| SosJoint {
+            usable.then_some(SosJoint {
                 coordinate: j as u16,
                 center,
                 scale: scale * (1.0 + OUTWARD),

@@ -5,6 +5,7 @@
 
 mod acceptance;
 mod cells;
+mod grow;
 mod random_scene;
 mod reference_scenes;
 mod regions;

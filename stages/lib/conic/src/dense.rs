@@ -4,6 +4,9 @@
 //! the loops are plain; eigenvalues and the LU factors are nalgebra's, singular values are found by one-sided Jacobi
 //! rotations (Golub & Van Loan 2013, section 8.6.3), which end for any input.
 
+// `!(x > 0.0)` refuses what is not a number as well.
+#![allow(clippy::neg_cmp_op_on_partial_ord)]
+
 use nalgebra::{DMatrix, SymmetricEigen};
 
 /// Whether a matrix is taken as it is or transposed.
