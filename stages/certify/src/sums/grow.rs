@@ -33,8 +33,11 @@ use std::collections::BTreeSet;
 pub struct GrowSettings {
     /// Most alternations.
     pub max_iterations: usize,
-    /// It ends when the ellipsoid's volume grows by less than this share.
+    /// The margin falls when the ellipsoid's volume grows by less than this share, and it ends when it is least.
     pub least_growth: f64,
+    /// γ in the first programme is not asked to exceed this at first, metres. Larger: more for the faces to gain, but multipliers
+    /// nearer to the boundary of their cone.
+    pub max_margin: f64,
     /// For the solver.
     pub solver: Settings,
 }
@@ -77,9 +80,12 @@ const FIRST_HALF_WIDTH: f64 = 0.3;
 const MAX_HALVINGS: usize = 8;
 /// The second programme keeps this share of the margin that the first has found.
 const KEPT_MARGIN: f64 = 0.1;
-/// γ in the first programme is not asked to exceed this, metres: what the margin is above the kept share is what faces
-/// can move by.
-const MAX_GAMMA: f64 = 1.0;
+/// A margin that no pair reaches, metres.
+const UNBOUNDED_MARGIN: f64 = 1e3;
+/// Factor by which the margin falls when growth is slow.
+const MARGIN_STEP: f64 = 0.1;
+/// Least margin that multipliers are sought for, metres.
+const MIN_MARGIN: f64 = 1e-4;
 /// Frames that are tried for a pair's plane.
 const MAX_FRAMES: usize = 2;
 
@@ -133,18 +139,22 @@ impl Grower {
         let joints = joints(&coordinates, &kinds, &bounds, &limits).ok_or(GrowError::Range)?;
         let pairs: Vec<PairSums> = pairs.into_iter().map(|pair| pair.over(&coordinates, &kinds)).collect();
         let mut grower = Self { pairs, sides: Vec::new(), joints, kinds, limits, settings };
-        let smallest =
-            first_rows(&grower.s_of(seed), FIRST_HALF_WIDTH * 0.5_f64.powi(MAX_HALVINGS as i32 - 1));
+        let s_seed = grower.s_of(seed);
         let mut sides = Vec::with_capacity(grower.pairs.len());
         for pair in &grower.pairs {
             let sides_in = |frame: usize| pair.sides(frame, &pair.enclosures(frame, seed), &grower.joints);
             let frames = pair.frame_order();
             let mut candidates: Vec<[SidePolynomials; 2]> =
                 frames.into_iter().take(MAX_FRAMES).filter_map(sides_in).collect();
-            let works =
-                |sides: &[SidePolynomials; 2]| grower.pair_multipliers(pair, sides, &smallest).is_some();
-            // The first frame in which the smallest box has a plane.
-            let chosen = candidates.iter().position(works).ok_or(GrowError::Seed)?;
+            // The frame that leaves the greatest margin on the largest box about the seed that has a plane in any.
+            let best_on = |halving: usize| {
+                let rows = first_rows(&s_seed, FIRST_HALF_WIDTH * 0.5_f64.powi(halving as i32));
+                let margin = |sides| Some(grower.pair_multipliers(pair, sides, &rows, UNBOUNDED_MARGIN)?.1);
+                let margins =
+                    candidates.iter().enumerate().filter_map(|(at, sides)| Some((margin(sides)?, at)));
+                margins.max_by(|x, y| x.0.total_cmp(&y.0).then(y.1.cmp(&x.1))).map(|(_, at)| at)
+            };
+            let chosen = (0..MAX_HALVINGS).find_map(best_on).ok_or(GrowError::Seed)?;
             sides.push(candidates.swap_remove(chosen));
         }
         grower.sides = sides;
@@ -162,11 +172,12 @@ impl Grower {
     /// Grows from `seed`.
     pub fn grow(&self, seed: &[f64]) -> Result<Grown, GrowError> {
         let s_seed = self.s_of(seed);
+        let mut margin = self.settings.max_margin;
         let mut half = FIRST_HALF_WIDTH;
         let mut rows = first_rows(&s_seed, half);
         let mut multipliers = None;
         for _ in 0..MAX_HALVINGS {
-            multipliers = self.multipliers(&rows);
+            multipliers = self.multipliers(&rows, margin);
             if multipliers.is_some() {
                 break;
             }
@@ -181,11 +192,17 @@ impl Grower {
                 volumes.last().is_some_and(|last| volume < last * (1.0 + self.settings.least_growth));
             volumes.push(volume);
             if is_slow {
-                break;
+                // Multipliers for a smaller margin lie elsewhere, and may let faces move that are stuck.
+                margin *= MARGIN_STEP;
+                if margin < MIN_MARGIN {
+                    break;
+                }
+                let Some(other) = self.multipliers(&rows, margin) else { break };
+                multipliers = other;
             }
             let Some(moved) = self.faces(&rows, &multipliers, &Q, &center) else { break };
             // Faces that cannot be certified again are not taken.
-            let Some(next) = self.multipliers(&moved) else { break };
+            let Some(next) = self.multipliers(&moved, margin) else { break };
             (rows, multipliers) = (moved, next);
         }
         if let Some((_, _, volume)) = self.ellipsoid(&rows) {
@@ -197,10 +214,10 @@ impl Grower {
     }
 
     /// Step 1.
-    fn multipliers(&self, rows: &[SosRow]) -> Option<Multipliers> {
+    fn multipliers(&self, rows: &[SosRow], max_margin: f64) -> Option<Multipliers> {
         let mut found = Multipliers { polynomials: Vec::new(), gammas: Vec::new() };
         for (pair, sides) in self.pairs.iter().zip(&self.sides) {
-            let (polynomials, gamma) = self.pair_multipliers(pair, sides, rows)?;
+            let (polynomials, gamma) = self.pair_multipliers(pair, sides, rows, max_margin)?;
             found.polynomials.push(polynomials);
             found.gammas.push(gamma);
         }
@@ -213,12 +230,13 @@ impl Grower {
         pair: &PairSums,
         sides: &[SidePolynomials; 2],
         rows: &[SosRow],
+        max_margin: f64,
     ) -> Option<(PairMultipliers, f64)> {
         let k = self.joints.len();
         let factors = factors(k, rows);
         let (mut program, gamma) = plane_programme(k);
         program.conic_mut().add_linear_cost(gamma, -1.0);
-        program.conic_mut().add_less_equal(vec![(gamma, 1.0)], MAX_GAMMA);
+        program.conic_mut().add_less_equal(vec![(gamma, 1.0)], max_margin);
         let mut ids = Vec::new();
         for (side_idx, side) in sides.iter().enumerate() {
             let terms: Vec<Term> =

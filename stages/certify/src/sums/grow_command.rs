@@ -26,11 +26,14 @@ pub struct GrowArgs {
     #[arg(long, value_name = "T")]
     pub task: Option<String>,
     /// Most alternations between multipliers and faces. Larger: more volume, more time.
-    #[arg(long, value_name = "N", default_value_t = 8)]
+    #[arg(long, value_name = "N", default_value_t = 20)]
     pub iterations: usize,
-    /// It ends when the ellipsoid's volume grows by less than this share. Smaller: more volume, more time.
+    /// Growth of the ellipsoid's volume, as a share, below which the margin falls. Smaller: more volume, more time.
     #[arg(long, value_name = "SHARE", default_value_t = 0.05)]
     pub least_growth: f64,
+    /// The margin that multipliers are sought for at first, metres; it falls when growth is slow.
+    #[arg(long, value_name = "M", default_value_t = 0.1)]
+    pub max_margin: f64,
     /// Folder for `regions.bin`, `regions.json` and `certificates.bin`.
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
@@ -63,6 +66,7 @@ pub fn run(args: &GrowArgs, out: &mut dyn Write) -> Result<Outcome, StageError> 
     let settings = GrowSettings {
         max_iterations: args.iterations,
         least_growth: args.least_growth,
+        max_margin: args.max_margin,
         solver: conic::Settings::default(),
     };
     let options = CertifyOptions { method: Method::Sos, ..CertifyOptions::default() };
@@ -81,10 +85,11 @@ pub fn run(args: &GrowArgs, out: &mut dyn Write) -> Result<Outcome, StageError> 
             seconds: 0.0,
             reason: String::new(),
         };
-        let grower =
-            Grower::new(&scene, clearance, &seed, settings.clone()).map_err(StageError::bad_input)?;
-        match grower.grow(&seed) {
-            Err(error) => line.reason = error.to_string(),
+        let grown =
+            Grower::new(&scene, clearance, &seed, settings.clone()).and_then(|grower| grower.grow(&seed));
+        match grown {
+            Err(error @ GrowError::Seed) => line.reason = error.to_string(),
+            Err(error) => return Err(StageError::bad_input(error)),
             Ok(grown) => {
                 line.ellipsoid_volumes = grown.ellipsoid_volumes;
                 let region_id = seed_idx as u64;

@@ -17,7 +17,8 @@ fn load(name: &str) -> Scene {
 }
 
 fn grow(scene: &Scene, seed: &[f64], max_iterations: usize) -> Result<Grown, GrowError> {
-    let settings = GrowSettings { max_iterations, least_growth: 0.02, solver: conic::Settings::default() };
+    let solver = conic::Settings::default();
+    let settings = GrowSettings { max_iterations, least_growth: 0.02, max_margin: 0.1, solver };
     Grower::new(scene, |_| 0.0, seed, settings)?.grow(seed)
 }
 
@@ -36,14 +37,16 @@ fn certified(scene: &Scene, grown: &Grown) -> CertifiedRegion {
 #[test]
 fn an_interval_grows_to_contact() {
     let scene = load("hinge");
-    let grown = grow(&scene, &[-0.3], 12).expect("a free seed");
-    assert!(grown.ellipsoid_volumes.is_sorted(), "{:?}", grown.ellipsoid_volumes);
+    let grown = grow(&scene, &[-0.3], 20).expect("a free seed");
+    let (first, last) =
+        (grown.ellipsoid_volumes[0], grown.ellipsoid_volumes[grown.ellipsoid_volumes.len() - 1]);
+    assert!(last > 1.5 * first, "{:?}", grown.ellipsoid_volumes);
     let region = certified(&scene, &grown);
     recheck(&scene, &region.polyhedron, &region.certificate).expect("a certificate that holds");
     let bounds = region.polyhedron.bounding_box().expect("bounded");
     let contact = std::f64::consts::FRAC_PI_6;
     assert!(
-        bounds.upper[0] < contact && bounds.upper[0] - bounds.lower[0] > 0.9 * (contact + 1.5),
+        bounds.upper[0] < contact && bounds.upper[0] - bounds.lower[0] > 0.85 * (contact + 1.5),
         "{bounds:?}"
     );
 }
@@ -66,8 +69,8 @@ fn a_region_of_two_coordinates_grows_and_stays_free() {
         let mut rng = ChaCha8Rng::seed_from_u64(1);
         region.polyhedron.estimate_volume(20_000, &mut rng).expect("bounded").volume
     };
-    let (first, last) = (volume(0), volume(6));
-    assert!(last > 1.2 * first, "{first} to {last}");
+    let (first, last) = (volume(0), volume(8));
+    assert!(last > 2.0 * first, "{first} to {last}");
 }
 
 #[test]

@@ -191,9 +191,9 @@ fn malformed_candidates_and_options_are_refused_by_name() {
     assert!(refused(&not_finite).contains("not finite"));
     let foreign = Candidate { center: DVector::zeros(scene.dim() + 1), ..good };
     assert!(refused(&foreign).contains("coordinates"));
-    let sos = CertifyOptions { method: crate::Method::Sos, ..options() };
-    let error = Certifier::new(&scene, |_| 0.0, &sos, 0).expect_err("not available");
-    assert!(error.to_string().contains("not available yet"));
+    let nothing = CertifyOptions { shrink_resolution: 0.0, ..options() };
+    let error = Certifier::new(&scene, |_| 0.0, &nothing, 0).expect_err("no share");
+    assert!(error.to_string().contains("shrink-resolution"));
     let negative = CertifyOptions { thin: -1.0, ..options() };
     let error = Certifier::new(&scene, |_| 0.0, &negative, 0).expect_err("a negative length");
     assert!(error.to_string().contains("thin"));
