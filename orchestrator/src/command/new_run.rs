@@ -1,6 +1,6 @@
 //! A new run, of whatever is asked: made, recorded, reported.
 
-use crate::cli::{CertifyMethod, NewRunArgs};
+use crate::cli::NewRunArgs;
 use crate::failure::{ExitCode, Failure};
 use crate::pipeline::{self, PipelineOutcome, RunRequest};
 use crate::progress::Progress;
