@@ -4,10 +4,13 @@
 //! - For each set in turn, on fresh samples, what is uncovered becomes a visibility graph, its cliques become seeds,
 //!   and the regions that add most are kept.
 //! - Bridges join components that see each other; the longest chord of a transfer leaf is completed.
+//! - Regions that others cover are dropped, the rest is handed over.
 //! - What certification left uncovered is grown again.
 
+mod extend;
 mod joins;
 mod measures;
+mod superfluous;
 
 use convex_sets::{HPolyhedron, Hyperrectangle};
 use nalgebra::DVector;
@@ -27,6 +30,9 @@ use crate::seed::Seed;
 use crate::streams::Streams;
 use crate::target::{Target, TargetKind};
 use crate::visibility::VisibilityGraph;
+use measures::Shortfall;
+
+pub use extend::{Kept, extend};
 
 /// Where regions go as they are found, and where certified ones come from.
 pub trait Sink {
@@ -144,11 +150,20 @@ struct Cover<'a, S> {
     targets: Vec<(Target, Domain<'a>)>,
     leaves: Option<Leaves>,
     growing: Growing<'a>,
+    /// Samples of a visibility graph, and cliques of it that are grown.
+    n_visible: usize,
+    max_cliques: usize,
     streams: Streams,
     regions: Vec<Region>,
+    /// The first ones, which others know already.
+    n_handed_over: usize,
+    /// The first ones, which stay even if others cover them.
+    n_to_stay: usize,
     /// What counts as covered: the candidates, later their certified versions.
     covering: Vec<HPolyhedron>,
     certified: Vec<(&'static str, Estimate)>,
+    /// Figures of the candidates, where nothing was certified.
+    measured: Option<Shortfall>,
     sink: &'a mut S,
     is_stopped: &'a (dyn Fn() -> bool + Sync),
 }
@@ -195,24 +210,25 @@ impl<'a, S: Sink> Cover<'a, S> {
             targets,
             leaves: Leaves::new(problem, coordinates),
             growing: Growing { growth: Growth::new(options), threads: options.threads, is_stopped },
+            n_visible: options.visibility_samples,
+            max_cliques: MAX_CLIQUES,
             streams: Streams::new(seed),
             regions: Vec::new(),
+            n_handed_over: 0,
+            n_to_stay: 0,
             covering: Vec::new(),
             certified: Vec::new(),
+            measured: None,
             sink,
             is_stopped,
         }
     }
 
     fn run(&mut self) -> Result<Ending, S::Error> {
-        self.grow_anchors(1.0)?;
-        if let Some(ending) = self.grow_until_covered(false)? {
+        if let Some(ending) = self.grow_all(1.0, false)? {
             return Ok(ending);
         }
-        self.grow_bridges()?;
-        self.grow_chord(self.options.chord_coverage)?;
-        let mut short = self.shortfall(false);
-        let mut last: Option<Vec<f64>> = None;
+        let mut short: Option<Shortfall> = None;
         for feedback_round in 0..=self.options.max_feedback_rounds {
             if (self.is_stopped)() {
                 return Ok(Ending::Stopped);
@@ -220,30 +236,49 @@ impl<'a, S: Sink> Cover<'a, S> {
             let ids: Vec<u64> = self.regions.iter().map(|region| region.id).collect();
             let Some(certified) = self.sink.certified(&ids)? else { break };
             self.covering = certified.into_iter().map(|region| region.polyhedron).collect();
-            short = self.shortfall(true);
-            let risen = last.as_ref().is_none_or(|last| {
-                last.iter().zip(&short.shares).any(|(before, now)| *now > before + LEAST_RISE)
+            let now = self.shortfall(true);
+            let risen = short.as_ref().is_none_or(|before| {
+                before.shares.iter().zip(&now.shares).any(|(before, now)| *now > before + LEAST_RISE)
             });
-            if short.words.is_empty() || !risen || feedback_round == self.options.max_feedback_rounds {
+            let is_last =
+                now.words.is_empty() || !risen || feedback_round == self.options.max_feedback_rounds;
+            short = Some(now);
+            if is_last {
                 break;
             }
-            last = Some(short.shares.clone());
             let n_before = self.regions.len();
-            self.grow_anchors(0.2_f64.powi(feedback_round as i32 + 1))?;
-            if let Some(ending) = self.grow_until_covered(true)? {
+            if let Some(ending) = self.grow_all(0.2_f64.powi(feedback_round as i32 + 1), true)? {
                 return Ok(ending);
             }
-            self.grow_bridges()?;
-            self.grow_chord(self.options.certified_chord_coverage)?;
             if self.regions.len() == n_before {
                 break;
             }
         }
-        Ok(if short.words.is_empty() { Ending::Covered } else { Ending::Short(short.words.join("; ")) })
+        let words = match short {
+            Some(short) => short.words,
+            None => {
+                let now = self.shortfall(false);
+                self.measured.insert(now).words.clone()
+            }
+        };
+        Ok(if words.is_empty() { Ending::Covered } else { Ending::Short(words.join("; ")) })
     }
 
-    /// Hands a region over, made to contain `inside` exactly.
-    fn emit(&mut self, grown: &Grown, inside: &[&DVector<f64>]) -> Result<(), S::Error> {
+    /// Grows what is missing and hands over what others do not cover; an ending if the work cannot go on.
+    /// `anchor_size`: domain of regions around start and goal, as a share of the joint ranges.
+    fn grow_all(&mut self, anchor_size: f64, after_certification: bool) -> Result<Option<Ending>, S::Error> {
+        self.grow_anchors(anchor_size);
+        let ending = self.grow_until_covered(after_certification);
+        if ending.is_none() {
+            self.grow_bridges();
+            self.grow_chord(self.wanted_chord(after_certification));
+        }
+        self.hand_over(after_certification)?;
+        Ok(ending)
+    }
+
+    /// Takes a region in, made to contain `inside` exactly.
+    fn take_in(&mut self, grown: &Grown, inside: &[&DVector<f64>]) {
         let mut polyhedron = grown.polyhedron.clone();
         for q in inside {
             contain_exactly(&mut polyhedron, q.as_slice());
@@ -257,10 +292,8 @@ impl<'a, S: Sink> Cover<'a, S> {
             certified: false,
             margin: self.options.configuration_margin,
         };
-        self.sink.region(&region)?;
         self.covering.push(region.polyhedron.clone());
         self.regions.push(region);
-        Ok(())
     }
 
     /// Grows all jobs; where there is no region, there is none in the result.
@@ -278,20 +311,20 @@ impl<'a, S: Sink> Cover<'a, S> {
         uncovered: &[Vec<f64>],
         least_gain: usize,
         enough: usize,
-    ) -> Result<bool, S::Error> {
+    ) -> bool {
         let candidates = self.growing.drafts(jobs, &mut self.streams);
         let chosen = select(&candidates, uncovered, least_gain, enough);
         let grown = self.growing.refined(jobs, &candidates, &chosen, &mut self.streams);
         for grown in &grown {
             if self.regions.len() < self.options.max_regions {
-                self.emit(grown, &[])?;
+                self.take_in(grown, &[]);
             }
         }
-        Ok(!grown.is_empty())
+        !grown.is_empty()
     }
 
     /// Regions around start and goal, where none contains them yet; `size` of the joint ranges is their domain.
-    fn grow_anchors(&mut self, size: f64) -> Result<(), S::Error> {
+    fn grow_anchors(&mut self, size: f64) {
         for anchor in &self.problem.anchors {
             if covered(&self.covering, anchor.q.as_slice()) || (self.is_stopped)() {
                 continue;
@@ -301,10 +334,9 @@ impl<'a, S: Sink> Cover<'a, S> {
             let jobs =
                 [GrowthJob { domain: &around, seed: Seed::ball(witness), method: "iris-zo at an anchor" }];
             if let Some(grown) = self.grow(&jobs).first() {
-                self.emit(grown, &[&anchor.q])?;
+                self.take_in(grown, &[&anchor.q]);
             }
         }
-        Ok(())
     }
 
     /// The part of the joint box around `q` with `size` of its extent.
@@ -328,20 +360,32 @@ impl<'a, S: Sink> Cover<'a, S> {
     fn wanted(&self, kind: TargetKind, after_certification: bool) -> f64 {
         match (kind, after_certification) {
             (TargetKind::Grasp | TargetKind::GraspPlacement, false) => self.options.grasp_coverage,
-            (TargetKind::Grasp | TargetKind::GraspPlacement, true) => self.options.certified_grasp_coverage,
+            (TargetKind::Grasp | TargetKind::GraspPlacement, true) => {
+                self.options.certified_grasp_coverage.min(self.options.grasp_coverage)
+            }
             (TargetKind::Total | TargetKind::Placement, false) => self.options.coverage,
-            (TargetKind::Total | TargetKind::Placement, true) => self.options.certified_coverage,
+            (TargetKind::Total | TargetKind::Placement, true) => {
+                self.options.certified_coverage.min(self.options.coverage)
+            }
+        }
+    }
+
+    /// The share of the longest chord that is to be covered.
+    fn wanted_chord(&self, after_certification: bool) -> f64 {
+        match after_certification {
+            false => self.options.chord_coverage,
+            true => self.options.certified_chord_coverage.min(self.options.chord_coverage),
         }
     }
 
     /// Rounds over all sets; an ending if the work cannot go on.
-    fn grow_until_covered(&mut self, after_certification: bool) -> Result<Option<Ending>, S::Error> {
+    fn grow_until_covered(&mut self, after_certification: bool) -> Option<Ending> {
         let mut n_stalled = vec![0; self.targets.len()];
         for _ in 0..self.options.max_rounds {
             let mut all_met = true;
             for target_idx in 0..self.targets.len() {
                 if (self.is_stopped)() {
-                    return Ok(Some(Ending::Stopped));
+                    return Some(Ending::Stopped);
                 }
                 if n_stalled[target_idx] >= MAX_STALLED || self.regions.len() >= self.options.max_regions {
                     continue;
@@ -355,7 +399,7 @@ impl<'a, S: Sink> Cover<'a, S> {
                 if samples.free.is_empty() {
                     if matches!(target.kind, TargetKind::Total | TargetKind::Grasp) && !after_certification {
                         let (set, n_samples) = (target.kind.name(), samples.n_drawn);
-                        return Ok(Some(Ending::NowhereFree { set, n_samples }));
+                        return Some(Ending::NowhereFree { set, n_samples });
                     }
                     continue;
                 }
@@ -375,7 +419,7 @@ impl<'a, S: Sink> Cover<'a, S> {
                 if n_stalled[target_idx] > 0 {
                     self.growing.growth.max_iterations = 1;
                 }
-                let gained = self.grow_where_uncovered(target.kind, &domain, &uncovered, enough)?;
+                let gained = self.grow_where_uncovered(target.kind, &domain, &uncovered, enough);
                 self.growing.growth.max_iterations = alternating;
                 n_stalled[target_idx] = if gained { 0 } else { n_stalled[target_idx] + 1 };
             }
@@ -383,7 +427,7 @@ impl<'a, S: Sink> Cover<'a, S> {
                 break;
             }
         }
-        Ok(None)
+        None
     }
 
     /// One clique cover of uncovered samples, until `enough` or fewer of them are left; whether a region was added.
@@ -393,14 +437,14 @@ impl<'a, S: Sink> Cover<'a, S> {
         domain: &Domain<'a>,
         uncovered: &[Vec<f64>],
         enough: usize,
-    ) -> Result<bool, S::Error> {
+    ) -> bool {
         let points: Vec<DVector<f64>> =
-            uncovered.iter().take(self.options.visibility_samples).map(|q| domain.u_from_q(q)).collect();
+            uncovered.iter().take(self.n_visible).map(|q| domain.u_from_q(q)).collect();
         let graph = VisibilityGraph::new(domain, &points, self.options.threads);
         let whole = self.whole.clone();
         let is_thin = matches!(kind, TargetKind::Grasp | TargetKind::GraspPlacement);
         let mut jobs = Vec::new();
-        for clique in clique_cover(&graph, self.options.max_exact_clique).into_iter().take(MAX_CLIQUES) {
+        for clique in clique_cover(&graph, self.options.max_exact_clique).into_iter().take(self.max_cliques) {
             let members: Vec<DVector<f64>> = clique.iter().map(|&vertex| points[vertex].clone()).collect();
             let is_new = |u: &DVector<f64>| !covered(&self.covering, &domain.q_from_u(u));
             let Some(seed) = seed_of_clique(domain, &members, &is_new) else { continue };

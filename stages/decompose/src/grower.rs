@@ -176,6 +176,19 @@ pub(crate) fn grow(domain: &Domain<'_>, seed: &Seed, growth: &Growth, rng: &mut 
     Some(Draft { polyhedron, inscribed, witness: seed.witness.clone() })
 }
 
+/// `start` (the unit box and faces placed before, all kept) with faces after them that cut off what collides.
+pub(crate) fn cut(
+    domain: &Domain<'_>,
+    start: &HPolyhedron,
+    seed: &Seed,
+    growth: &Growth,
+    rng: &mut ChaCha8Rng,
+) -> Option<HPolyhedron> {
+    let mut grower = growth.method.grower(domain)?;
+    let P = grower.separate(domain, &seed.ellipsoid, &seed.witness, start.clone(), growth, rng);
+    P.remove_redundant_keeping(start.n_faces()).ok()
+}
+
 /// The draft with what the requested test finds in it cut off; in the domain's units, first 2k faces the unit box.
 pub(crate) fn refine(
     domain: &Domain<'_>,

@@ -38,6 +38,37 @@ const N_STEPS: usize = 200;
 /// Distance, as a share of CG, that a leaf on the boundary of CG keeps from it.
 const INSET: f64 = 1e-4;
 
+/// The free piece {q + t·direction : low ≤ t ≤ high} of a transfer leaf inside CG.
+#[derive(Debug, Clone)]
+pub(crate) struct FreeChord {
+    q: DVector<f64>,
+    direction: DVector<f64>,
+    low: f64,
+    high: f64,
+}
+
+/// What `regions` cover of `chords`.
+pub(crate) fn chord_coverage(chords: &[FreeChord], regions: &[HPolyhedron]) -> ChordCoverage {
+    let mut result = ChordCoverage { free: 0.0, covered: 0.0, uncovered: Vec::new() };
+    for FreeChord { q, direction, low, high } in chords {
+        let (low, high) = (*low, *high);
+        let (piece_low, piece_high) = longest_piece(regions, q, direction, low, high);
+        result.covered = result.covered.max(piece_high - piece_low);
+        if high - low > result.free {
+            result.free = high - low;
+            result.uncovered.clear();
+            let mut gap = |from: f64, to: f64| {
+                if to - from > 1e-6 * (high - low) {
+                    result.uncovered.push((q + 0.5 * (from + to) * direction).as_slice().to_vec());
+                }
+            };
+            gap(low, piece_low);
+            gap(piece_high, high);
+        }
+    }
+    result
+}
+
 /// Measures chords of transfer leaves; `None` without a task, or if leaves are not lines. `seed` chooses the leaves.
 pub fn longest_chord_coverage(
     problem: &Problem<'_>,
@@ -71,8 +102,13 @@ impl Leaves {
         regions: &[HPolyhedron],
         rng: &mut ChaCha8Rng,
     ) -> ChordCoverage {
+        chord_coverage(&self.free_chords(problem, rng), regions)
+    }
+
+    /// Free chords of leaves through samples of CG.
+    pub(crate) fn free_chords(&self, problem: &Problem<'_>, rng: &mut ChaCha8Rng) -> Vec<FreeChord> {
         let samples = self.grasp.sample_free(problem.free, N_LEAVES, rng).free;
-        let mut result = ChordCoverage { free: 0.0, covered: 0.0, uncovered: Vec::new() };
+        let mut chords = Vec::new();
         for (idx, sample) in samples.iter().enumerate() {
             let x = self.coordinates.project(sample);
             let q = self.on_boundary(&self.coordinates.lift(x.as_slice()), idx);
@@ -80,22 +116,11 @@ impl Leaves {
                 continue;
             }
             let q = DVector::from_vec(q);
-            let Some((low, high)) = self.free_chord(problem, &q) else { continue };
-            let (piece_low, piece_high) = longest_piece(regions, &q, &self.direction, low, high);
-            result.covered = result.covered.max(piece_high - piece_low);
-            if high - low > result.free {
-                result.free = high - low;
-                result.uncovered.clear();
-                let mut gap = |from: f64, to: f64| {
-                    if to - from > 1e-6 * (high - low) {
-                        result.uncovered.push((&q + 0.5 * (from + to) * &self.direction).as_slice().to_vec());
-                    }
-                };
-                gap(low, piece_low);
-                gap(piece_high, high);
+            if let Some((low, high)) = self.free_chord(problem, &q) {
+                chords.push(FreeChord { q, direction: self.direction.clone(), low, high });
             }
         }
-        result
+        chords
     }
 
     /// Every other leaf is moved to the boundary of CG's box: the longest chord is often there.

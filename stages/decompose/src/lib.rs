@@ -37,7 +37,7 @@ mod target;
 mod vertex_set;
 mod visibility;
 
-pub use cover::{Decomposition, Ending, Sink, decompose};
+pub use cover::{Decomposition, Ending, Kept, Sink, decompose, extend};
 pub use coverage::{Estimate, covered, wilson_interval};
 pub use free_space::{FreeSpace, FreeWhere};
 pub use grower::Method;

@@ -1,5 +1,6 @@
 //! Convex regions of the collision-free configuration space.
 
+mod earlier_run;
 mod stage;
 
 fn main() -> std::process::ExitCode {

@@ -1,6 +1,7 @@
 //! Options of the stage.
 
 use serde::{Deserialize, Serialize};
+use std::path::PathBuf;
 
 use crate::grower::Method;
 use crate::problem::ProblemError;
@@ -85,6 +86,10 @@ pub struct Options {
     /// no box.
     #[arg(long, default_value_t = 0.0)]
     pub domain_radius: f64,
+    /// Begin with the regions of this run directory, whose scene may have been a little different: what is still free
+    /// is kept as it is, the rest grows again.
+    #[arg(long, value_name = "RUN")]
+    pub extend: Option<PathBuf>,
 }
 
 impl Default for Options {
@@ -113,6 +118,7 @@ impl Default for Options {
             region_at: Vec::new(),
             region_along: Vec::new(),
             domain_radius: 0.0,
+            extend: None,
         }
     }
 }

@@ -1,9 +1,10 @@
 //! The stage: scene and task in, candidate regions out.
 
+use crate::earlier_run::regions_of_run;
 use collision::{CollisionChecker, EdgeOutcome};
 use decompose::{
     Anchor, Decomposition, Ending, Estimate, Options, Problem, ProblemError, Segment, Sink, decompose,
-    parse_configuration, problem_of_scene, regions_along, regions_at,
+    extend, parse_configuration, problem_of_scene, regions_along, regions_at,
 };
 use ipc_types::artefact::{self, Coverage};
 use scene::Scene;
@@ -34,11 +35,25 @@ impl Stage for DecomposeStage {
         }
         let field = task.map_or_else(String::new, |task| format!("task.{}", task.name));
         problem.check().map_err(|error| bad_anchor(&job.scene, &checker, &problem, &error, &field))?;
-        let found = {
+        let earlier = options.extend.as_deref().map(|run| regions_of_run(run, &job.coordinates()));
+        let earlier = earlier.transpose().map_err(StageError::BadInput)?;
+        let (found, kept) = {
             let _span = spans::enter("decompose.cover", 0);
             let mut sink = HostSink { host, dim: job.scene.dim() };
-            decompose(&problem, options, job.seed, &mut sink, &|| stop.is_set())?
+            let is_stopped = || stop.is_set();
+            match &earlier {
+                Some(earlier) => {
+                    let (found, kept) = extend(&problem, earlier, options, job.seed, &mut sink, &is_stopped)?;
+                    (found, Some(kept))
+                }
+                None => (decompose(&problem, options, job.seed, &mut sink, &is_stopped)?, None),
+            }
         };
+        if let Some(kept) = kept {
+            host.detail("earlier_regions_free", kept.n_free);
+            host.detail("earlier_regions_cut", kept.n_cut);
+            host.detail("earlier_regions_lost", kept.n_lost);
+        }
         host.coverage(Coverage {
             total: share(found.total),
             grasp: found.grasp.map(share),

@@ -16,7 +16,7 @@ const N_UNCOVERED: usize = 10;
 
 impl<S: Sink> Cover<'_, S> {
     /// Joins components that see each other, or that an uncovered passage joins.
-    pub(super) fn grow_bridges(&mut self) -> Result<(), S::Error> {
+    pub(super) fn grow_bridges(&mut self) {
         for _ in 0..MAX_BRIDGE_ROUNDS {
             let component = components(&self.covering);
             if component.iter().all(|&c| c == 0) || (self.is_stopped)() {
@@ -35,7 +35,7 @@ impl<S: Sink> Cover<'_, S> {
             let jobs: Vec<GrowthJob<'_, '_>> = seeds.into_iter().map(job).collect();
             let mut joined = false;
             for grown in self.grow_once(&jobs) {
-                joined |= self.emit_if_it_joins(&grown)?;
+                joined |= self.take_in_if_it_joins(&grown);
             }
             // A passage may have too little volume to be seen through by chance, but samples fall into it.
             let mut tried = Vec::new();
@@ -47,7 +47,7 @@ impl<S: Sink> Cover<'_, S> {
                     continue;
                 }
                 for grown in self.grow_once(&[job(Seed::ball(whole.u_from_q(q)))]) {
-                    joined |= self.emit_if_it_joins(&grown)?;
+                    joined |= self.take_in_if_it_joins(&grown);
                     tried.push(grown.polyhedron);
                 }
             }
@@ -55,7 +55,6 @@ impl<S: Sink> Cover<'_, S> {
                 break;
             }
         }
-        Ok(())
     }
 
     /// Grows without alternation: the larger ellipsoid would move out of the passage.
@@ -67,8 +66,8 @@ impl<S: Sink> Cover<'_, S> {
         grown
     }
 
-    /// Hands a region over if it overlaps two components or more.
-    fn emit_if_it_joins(&mut self, grown: &Grown) -> Result<bool, S::Error> {
+    /// Takes a region in if it overlaps two components or more.
+    fn take_in_if_it_joins(&mut self, grown: &Grown) -> bool {
         let component = components(&self.covering);
         let mut touched = (0..self.covering.len())
             .filter(|&idx| self.covering[idx].interior_intersects(&grown.polyhedron))
@@ -77,18 +76,18 @@ impl<S: Sink> Cover<'_, S> {
         let joins =
             touched.any(|other| Some(other) != first) && self.regions.len() < self.options.max_regions;
         if joins {
-            self.emit(grown, &[])?;
+            self.take_in(grown, &[]);
         }
-        Ok(joins)
+        joins
     }
 
     /// Regions in CG at what the longest chord of a transfer leaf lacks.
-    pub(super) fn grow_chord(&mut self, wanted: f64) -> Result<(), S::Error> {
-        let Some(leaves) = self.leaves.clone() else { return Ok(()) };
+    pub(super) fn grow_chord(&mut self, wanted: f64) {
+        let Some(leaves) = self.leaves.clone() else { return };
         let Some((_, domain)) =
             self.targets.iter().find(|(target, _)| target.kind == TargetKind::Grasp).cloned()
         else {
-            return Ok(());
+            return;
         };
         for _ in 0..MAX_CHORD_ROUNDS {
             let chord = leaves.measure(self.problem, &self.covering, &mut self.streams.take());
@@ -107,8 +106,7 @@ impl<S: Sink> Cover<'_, S> {
                     method: "iris-zo in the grasp space",
                 })
                 .collect();
-            self.grow_and_select(&jobs, &chord.uncovered, 1, 0)?;
+            self.grow_and_select(&jobs, &chord.uncovered, 1, 0);
         }
-        Ok(())
     }
 }

@@ -2,11 +2,14 @@
 
 use super::{Cover, Decomposition, Ending, Sink};
 use crate::coverage::{Estimate, covered, wilson_interval};
+use crate::leaf_chords::ChordCoverage;
 use crate::target::TargetKind;
 
 /// What is still missing.
 pub(super) struct Shortfall {
     pub(super) words: Vec<String>,
+    estimates: Vec<(TargetKind, Estimate)>,
+    chord: Option<ChordCoverage>,
     /// The share of each set, and of the chord, in a fixed order: whether a round raised anything.
     pub(super) shares: Vec<f64>,
 }
@@ -14,11 +17,11 @@ pub(super) struct Shortfall {
 impl<S: Sink> Cover<'_, S> {
     /// Measures everything that is wanted against `covering`, on fresh samples.
     pub(super) fn shortfall(&mut self, after_certification: bool) -> Shortfall {
-        let mut short = Shortfall { words: Vec::new(), shares: Vec::new() };
+        let (mut words, mut shares) = (Vec::new(), Vec::new());
         let mut miss = |name: &str, share: f64, wanted: f64| {
-            short.shares.push(share);
+            shares.push(share);
             if share < wanted {
-                short.words.push(format!("{share:.4} of {name} covered, {wanted} wanted"));
+                words.push(format!("{share:.4} of {name} covered, {wanted} wanted"));
             }
         };
         let mut estimates = Vec::new();
@@ -26,28 +29,30 @@ impl<S: Sink> Cover<'_, S> {
             let kind = self.targets[target_idx].0.kind;
             if let Some(estimate) = self.estimate(kind) {
                 miss(kind.name(), estimate.value, self.wanted(kind, after_certification));
-                estimates.push((kind.name(), estimate));
+                estimates.push((kind, estimate));
             }
         }
-        if let Some(leaves) = self.leaves.clone() {
-            let chord = leaves.measure(self.problem, &self.covering, &mut self.streams.take());
-            let wanted = match after_certification {
-                false => self.options.chord_coverage,
-                true => self.options.certified_chord_coverage,
-            };
+        let chord = self.measure_chord();
+        if let Some(chord) = &chord {
+            let wanted = self.wanted_chord(after_certification);
             miss("the longest chord of a transfer leaf in CG_free", chord.share(), wanted);
         }
         for anchor in &self.problem.anchors {
             let share = if covered(&self.covering, anchor.q.as_slice()) { 1.0 } else { 0.0 };
-            short.shares.push(share);
+            shares.push(share);
             if share < 1.0 {
-                short.words.push(format!("{} is in no region", anchor.name));
+                words.push(format!("{} is in no region", anchor.name));
             }
         }
         if after_certification {
-            self.certified = estimates;
+            self.certified = estimates.iter().map(|(kind, estimate)| (kind.name(), *estimate)).collect();
         }
-        short
+        Shortfall { words, estimates, chord, shares }
+    }
+
+    fn measure_chord(&mut self) -> Option<ChordCoverage> {
+        let leaves = self.leaves.clone()?;
+        Some(leaves.measure(self.problem, &self.covering, &mut self.streams.take()))
     }
 
     /// The share of a set that is covered, on fresh samples; `None` if there is no such set or it is nowhere free.
@@ -60,19 +65,25 @@ impl<S: Sink> Cover<'_, S> {
         (!samples.is_empty()).then(|| wilson_interval(n_hits, samples.len()))
     }
 
-    /// Final figures of the candidates.
+    /// Final figures of the candidates, unless they were just measured.
     pub(super) fn finish(mut self, ending: Ending) -> Result<Decomposition, S::Error> {
+        let measured = self.measured.take();
         self.covering = self.regions.iter().map(|region| region.polyhedron.clone()).collect();
         let nothing = wilson_interval(0, 0);
-        let total = self.estimate(TargetKind::Total).unwrap_or(nothing);
-        let grasp = self.problem.grasp.as_ref().map(|_| self.estimate(TargetKind::Grasp).unwrap_or(nothing));
+        let problem = self.problem;
+        let mut estimate = |kind: TargetKind| match &measured {
+            Some(known) => known.estimates.iter().find(|(of, _)| *of == kind).map(|(_, estimate)| *estimate),
+            None => self.estimate(kind),
+        };
+        let total = estimate(TargetKind::Total).unwrap_or(nothing);
+        let grasp = problem.grasp.as_ref().map(|_| estimate(TargetKind::Grasp).unwrap_or(nothing));
         // A placement space that is the whole joint box has the figures of the whole.
-        let placement =
-            self.problem.placement.as_ref().map(|_| self.estimate(TargetKind::Placement).unwrap_or(total));
-        let chord = self
-            .leaves
-            .clone()
-            .map(|leaves| leaves.measure(self.problem, &self.covering, &mut self.streams.take()));
+        let placement = problem.placement.as_ref();
+        let placement = placement.map(|_| estimate(TargetKind::Placement).unwrap_or(total));
+        let chord = match measured {
+            Some(known) => known.chord,
+            None => self.measure_chord(),
+        };
         Ok(Decomposition {
             regions: self.regions,
             total,
