@@ -184,7 +184,8 @@ pub fn multipliers(cell: &Cell) -> &[(u32, f64)] {
     }
 }
 
-fn multipliers_mut(cell: &mut Cell) -> &mut [(u32, f64)] {
+/// The multipliers of a cell, to be renumbered.
+pub fn multipliers_mut(cell: &mut Cell) -> &mut [(u32, f64)] {
     match cell {
         Cell::Split { .. } => &mut [],
         Cell::Empty { multipliers } | Cell::Separated { multipliers, .. } => multipliers,

@@ -15,6 +15,7 @@ use crate::guide::Guide;
 use crate::options::{CertifyOptions, Method};
 use crate::pair_model::PairModel;
 use crate::pair_search::{PairOutcome, RegionData, keeps, search};
+use crate::reuse::{EarlierCertificates, EarlierRows, reused};
 use crate::row_program::RowProgram;
 use crate::rows::Rows;
 use crate::sums::pair_sums::PairSums;
@@ -62,6 +63,8 @@ pub struct CertifiedRegion {
     pub n_cells: u64,
     /// Cuts made, over all pairs.
     pub n_cuts: usize,
+    /// Pairs whose proof is of an earlier run.
+    pub n_reused: usize,
 }
 
 /// What became of a candidate.
@@ -118,10 +121,12 @@ struct Shared {
 impl Shared {
     /// Takes the cuts of a proof over.
     fn join(&mut self, proof: &mut SharedProof, guide: &dyn Fn() -> Guide) {
-        let left = self.guide.get_or_insert_with(guide);
         proof.offset = self.rows.len();
         for (a, b) in &proof.proof.cuts {
-            left.cut(a, *b);
+            // What an earlier proof brings is implied by the region: no sample is lost to it.
+            if !proof.proof.is_reused {
+                self.guide.get_or_insert_with(guide).cut(a, *b);
+            }
             self.rows.push(a.clone(), *b, None);
         }
     }
@@ -197,6 +202,17 @@ impl Certifier {
         purpose: &Purpose,
         is_stopped: &(dyn Fn() -> bool + Sync),
     ) -> Result<CertifyOutcome, CertifyError> {
+        self.certify_region_reusing(candidate, purpose, &EarlierCertificates::default(), is_stopped)
+    }
+
+    /// As [`Certifier::certify_region`]; pairs whose proof in `earlier` still holds are not searched again.
+    pub fn certify_region_reusing(
+        &self,
+        candidate: &Candidate,
+        purpose: &Purpose,
+        earlier: &EarlierCertificates,
+        is_stopped: &(dyn Fn() -> bool + Sync),
+    ) -> Result<CertifyOutcome, CertifyError> {
         self.validate(candidate)?;
         if self.options.method == Method::Sos {
             let (shrinking, settings) = (self.options.shrinking(), self.options.sums_settings());
@@ -243,7 +259,15 @@ impl Certifier {
         let mut shared = Shared { rows: rows.clone(), guide: None };
         let mut proofs: Vec<Option<SharedProof>> = Vec::with_capacity(self.pairs.len());
         let first = CertifyOptions { max_cells: EASY_CELLS.min(options.max_cells), ..options.clone() };
-        let outcomes = in_lanes(&self.pairs, |model, net| search(model, &region, &first, net, is_stopped));
+        let earlier = earlier.of_candidate(&candidate.polyhedron);
+        let earlier =
+            earlier.map(|certificate| (certificate, EarlierRows::new(certificate, &rows, &self.limits)));
+        let outcomes = in_lanes(&self.pairs, |model, net| {
+            let known = earlier.as_ref().and_then(|(certificate, earlier_rows)| {
+                reused(model, certificate, earlier_rows, rows.len(), &self.limits, net)
+            });
+            known.map_or_else(|| search(model, &region, &first, net, is_stopped), PairOutcome::Proof)
+        });
         for outcome in outcomes {
             proofs.push(match outcome {
                 PairOutcome::Proof(proof) => Some(SharedProof { n_base: rows.len(), offset: 0, proof }),
@@ -290,7 +314,9 @@ impl Certifier {
         let proofs: Vec<SharedProof> = proofs.into_iter().flatten().collect();
         let volume_kept = shared.guide.as_ref().map_or(1.0, Guide::kept);
         let n_cells = proofs.iter().map(|proof| proof.proof.n_tried).sum();
-        let n_cuts = shared.rows.len() - rows.len();
+        let reused = || proofs.iter().filter(|proof| proof.proof.is_reused);
+        let n_reused = reused().count();
+        let n_cuts = shared.rows.len() - rows.len() - reused().map(|proof| proof.proof.cuts.len()).sum::<usize>();
         let Assembled { polyhedron, rows, pairs } =
             assemble(&shared.rows, rows.len(), &self.limits, &self.pairs, proofs);
         Ok(CertifyOutcome::Certified(Box::new(CertifiedRegion {
@@ -300,6 +326,7 @@ impl Certifier {
             volume_kept,
             n_cells,
             n_cuts,
+            n_reused,
         })))
     }
 

@@ -22,6 +22,7 @@ mod pair_model;
 mod pair_search;
 pub mod path;
 mod recheck;
+mod reuse;
 mod row_program;
 mod rows;
 mod separating_normal;
@@ -34,6 +35,7 @@ pub use certify_region::{Candidate, CertifiedRegion, Certifier, CertifyOutcome, 
 pub use error::CertifyError;
 pub use options::{CertifyOptions, Method};
 pub use recheck::{RecheckError, recheck};
+pub use reuse::EarlierCertificates;
 pub use stage::{CERTIFIED_ID_OFFSET, CertifyStage};
 
 #[cfg(test)]

@@ -4,6 +4,7 @@ use crate::error::CertifyError;
 use crate::sums::region_sums::Shrinking;
 use crate::sums::search_sums::SumsSettings;
 use serde::{Deserialize, Serialize};
+use std::path::PathBuf;
 
 /// Kind of certificate.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, clap::ValueEnum)]
@@ -77,6 +78,10 @@ pub struct CertifyOptions {
     /// Sums of squares: frames in which a pair's plane is sought. Larger: more volume, more time where there is none.
     #[arg(long, default_value_t = 2)]
     pub max_frames: usize,
+    /// Certificates of this run directory, whose scene may have been a little different, are used where they still
+    /// hold: each is evaluated anew, and only pairs of bodies whose proof fails are searched.
+    #[arg(long, value_name = "RUN")]
+    pub reuse: Option<PathBuf>,
 }
 
 impl Default for CertifyOptions {
@@ -99,6 +104,7 @@ impl Default for CertifyOptions {
             min_width: 0.1,
             max_rows: 12,
             max_frames: 2,
+            reuse: None,
         }
     }
 }

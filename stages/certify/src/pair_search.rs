@@ -44,6 +44,8 @@ pub struct PairProof {
     pub cuts: Vec<(Vec<f64>, f64)>,
     /// Cells that were tried.
     pub n_tried: u64,
+    /// The proof is of an earlier run: its rows are implied by the region and cut nothing.
+    pub is_reused: bool,
 }
 
 /// How the search for one pair ended.
@@ -197,7 +199,9 @@ pub fn search(
     let n_base = region.rows.len();
     let cuts = (n_base..search.rows.len()).map(|i| (search.rows.a[i].clone(), search.rows.b[i])).collect();
     match search.tree.preorder() {
-        Some(cells) => PairOutcome::Proof(PairProof { cells, cuts, n_tried: search.n_tried }),
+        Some(cells) => {
+            PairOutcome::Proof(PairProof { cells, cuts, n_tried: search.n_tried, is_reused: false })
+        }
         // The queue is empty only when every cell is closed.
         None => PairOutcome::Limit { n_cells: search.n_tried },
     }

@@ -7,13 +7,14 @@ use crate::cell::CellBox;
 use crate::control_net::ControlNet;
 use crate::control_net::MAX_HALF_ANGLE;
 use crate::pair_model::PairModel;
+use crate::reuse::row_holds;
 use crate::rows::Rows;
 use crate::sums::pair_sums::PairSums;
 use crate::sums::recheck_sums::{SumsError, recheck_sums};
 use convex_sets::HPolyhedron;
-use ipc_types::artefact::{Cell, PairCertificate, PairProof, RegionCertificate, RowOrigin, SweptProof};
+use ipc_types::artefact::{Cell, PairCertificate, PairProof, RegionCertificate, SweptProof};
 use nalgebra::{DMatrix, DVector, Vector3};
-use scene::{CollisionPair, Scene};
+use scene::Scene;
 
 /// What is wrong with a certificate.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -41,19 +42,7 @@ pub fn recheck(
     };
     let faces = Rows::new(region);
     for (row_idx, row) in certificate.rows.iter().enumerate() {
-        let holds = match &row.origin {
-            RowOrigin::Face(face) => {
-                let face = *face as usize;
-                face < faces.len() && faces.a[face] == row.a && faces.b[face] == row.b
-            }
-            RowOrigin::Implied(multipliers) => {
-                let minus_a: Vec<f64> = row.a.iter().map(|a| -a).collect();
-                let center: f64 = row.a.iter().enumerate().map(|(j, a)| a * limits.center(j)).sum();
-                are_usable(multipliers, faces.len())
-                    && center - faces.bound(&limits, &minus_a, multipliers) <= row.b
-            }
-        };
-        if !holds {
+        if !row_holds(row, &faces, &limits) {
             return Err(RecheckError::Row { row_idx });
         }
     }
@@ -68,10 +57,12 @@ pub fn recheck(
         b: DVector::from_fn(certificate.rows.len(), |i, _| certificate.rows[i].b),
     });
     let mut n_cells = 0;
+    let mut net = ControlNet::default();
     for (pair_idx, (pair, certificate)) in pairs.iter().zip(&certificate.pairs).enumerate() {
         match &certificate.proof {
             PairProof::Swept(proof) => {
-                recheck_pair(scene, *pair, certificate.clearance, proof, &rows, &limits)
+                let model = PairModel::new(scene, *pair, certificate.clearance);
+                pair_holds(&model, certificate.clearance, proof, &rows, &limits, &mut net)
                     .map_err(|(cell_idx, problem)| RecheckError::Cell { pair_idx, cell_idx, problem })?;
                 n_cells += proof.cells.len();
             }
@@ -84,23 +75,24 @@ pub fn recheck(
     Ok(n_cells)
 }
 
-fn are_usable(multipliers: &[(u32, f64)], n_rows: usize) -> bool {
+/// Whether multipliers may be used: they name rows that exist, and none is negative.
+pub(crate) fn are_usable(multipliers: &[(u32, f64)], n_rows: usize) -> bool {
     multipliers.iter().all(|&(row, mu)| (row as usize) < n_rows && mu >= 0.0 && mu.is_finite())
 }
 
-fn recheck_pair(
-    scene: &Scene,
-    pair: CollisionPair,
-    clearance: f64,
+/// Whether a pair's cells prove a gap above `demand`, metres, where `rows` hold; else the first cell that does not, and
+/// why.
+pub(crate) fn pair_holds(
+    model: &PairModel,
+    demand: f64,
     certificate: &SweptProof,
     rows: &Rows,
     limits: &CellBox,
+    net: &mut ControlNet,
 ) -> Result<(), (usize, &'static str)> {
-    let model = PairModel::new(scene, pair, clearance);
     if certificate.frames != model.frame_choices() {
         return Err((0, "the frames are not those of the pair"));
     }
-    let mut net = ControlNet::default();
     let mut open = vec![limits.clone()];
     for (cell_idx, cell) in certificate.cells.iter().enumerate() {
         let Some(at) = open.pop() else { return Err((cell_idx, "the tree goes on after its end")) };
@@ -137,13 +129,13 @@ fn recheck_pair(
                     return Err((cell_idx, "an angle of the cell is too wide"));
                 }
                 let n = Vector3::from(*normal);
-                let kappa = model.kappa(&mut net, frame_idx, &at, &n, &row).kappa;
+                let kappa = model.kappa(net, frame_idx, &at, &n, &row).kappa;
                 let gap = if g.is_empty() && multipliers.is_empty() {
                     kappa[0]
                 } else {
                     kappa[1] + rows.bound(&at, &row, multipliers)
                 };
-                if !(gap > clearance * n.norm()) {
+                if !(gap > demand * n.norm()) {
                     return Err((cell_idx, "the plane does not separate the bodies"));
                 }
             }

@@ -45,6 +45,11 @@ impl Rows {
         }
     }
 
+    /// No rows.
+    pub fn empty() -> Self {
+        Self { a: Vec::new(), b: Vec::new(), active: Vec::new() }
+    }
+
     /// Number of rows.
     pub fn len(&self) -> usize {
         self.b.len()

@@ -3,6 +3,7 @@
 use crate::certify_region::{Candidate, Certifier, CertifyOutcome, Purpose};
 use crate::error::CertifyError;
 use crate::options::CertifyOptions;
+use crate::reuse::EarlierCertificates;
 use ipc_types::artefact::Region;
 use ipc_types::container::CertifiedPart;
 use manipulation::polytope_of_space;
@@ -28,6 +29,8 @@ struct Account {
     faces: usize,
     cells: u64,
     cuts: usize,
+    /// Pairs of bodies whose proof is of an earlier run.
+    reused_pairs: usize,
     reason: String,
     /// Whether the budget ended before the answer.
     #[serde(skip)]
@@ -46,7 +49,14 @@ impl Stage for CertifyStage {
         let scene = &job.scene;
         let clearance = |pair: CollisionPair| job.required_clearance(pair);
         let certifier = Certifier::new(scene, clearance, options, job.seed).map_err(StageError::bad_input)?;
-        let work = Work { scene, certifier: &certifier, purpose: &purpose_of(job), margin: job.clearance };
+        let earlier = match &options.reuse {
+            Some(run) => {
+                EarlierCertificates::of_run(run, &job.coordinates()).map_err(StageError::BadInput)?
+            }
+            None => EarlierCertificates::default(),
+        };
+        let work =
+            Work { scene, certifier: &certifier, purpose: &purpose_of(job), margin: job.clearance, earlier: &earlier };
         let accounts = certify_all(&work, options, host)?;
         let n_certified = accounts.values().filter(|account| account.faces > 0).count();
         let rejected: Vec<&Account> = accounts.values().filter(|account| account.faces == 0).collect();
@@ -88,6 +98,7 @@ struct Work<'a> {
     certifier: &'a Certifier,
     purpose: &'a Purpose,
     margin: f64,
+    earlier: &'a EarlierCertificates,
 }
 
 type Certified = (CertifiedPart, Account);
@@ -177,7 +188,8 @@ impl Work<'_> {
             .map_err(|error| CertifyError::Region { region_id: region.id, problem: error.to_string() })?;
         let candidate =
             Candidate { region_id: candidate.id, polyhedron: candidate.polyhedron, center: candidate.center };
-        let outcome = self.certifier.certify_region(&candidate, self.purpose, is_stopped)?;
+        let outcome =
+            self.certifier.certify_region_reusing(&candidate, self.purpose, self.earlier, is_stopped)?;
         let mut part = CertifiedPart {
             candidate_id: region.id,
             regions: Vec::new(),
@@ -190,6 +202,7 @@ impl Work<'_> {
             faces: 0,
             cells: 0,
             cuts: 0,
+            reused_pairs: 0,
             reason: String::new(),
             is_limit: false,
         };
@@ -211,6 +224,7 @@ impl Work<'_> {
                 account.volume_kept = certified.volume_kept;
                 account.faces = polyhedron.n_faces();
                 (account.cells, account.cuts) = (certified.n_cells, certified.n_cuts);
+                account.reused_pairs = certified.n_reused;
                 let artefact = wire::Region {
                     id,
                     parent: Some(region.id),

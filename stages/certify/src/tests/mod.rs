@@ -12,3 +12,4 @@ mod regions;
 mod sampled_proofs;
 mod swept_bodies;
 mod sums;
+mod reuse;
