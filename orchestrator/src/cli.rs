@@ -110,6 +110,10 @@ pub struct NewRunArgs {
     /// Share of CS_free, CG and CP that the regions should cover.
     #[arg(long, value_name = "C", value_parser = share)]
     pub coverage: Option<f64>,
+    /// Begin with the regions and certificates of this run, whose scene may have been a little different: what still
+    /// holds is verified, the rest is made anew.
+    #[arg(long, value_name = "RUN")]
+    pub extend: Option<PathBuf>,
     /// How regions are certified.
     #[arg(long, value_enum, default_value_t = CertifyMethod::Swept)]
     pub certify: CertifyMethod,

@@ -11,6 +11,7 @@ use crate::run_record::{Asked, Outcome, RUN_FORMAT, RunRecord};
 use crate::stage::{StageCommands, StageOptions};
 use crate::summary::Summary;
 use ipc_types::stage_name::StageName;
+use std::path::Path;
 use std::time::{Duration, Instant};
 
 /// Runs the stages that `request` needs. Bad input leaves no run directory behind: the next attempt may take the same
@@ -72,6 +73,9 @@ pub fn request(args: &NewRunArgs, asked: Asked, mut options: StageOptions) -> Re
     if let Some(coverage) = args.coverage {
         options.insert(StageName::Decompose, "coverage", coverage.to_string());
     }
+    if let Some(run) = &args.extend {
+        extend(run, &mut options)?;
+    }
     options.extend(&StageOptions::parse(&args.set)?);
     let commands = StageCommands::parse(&args.stage)?;
     let last = asked.last_stage();
@@ -92,6 +96,20 @@ pub fn request(args: &NewRunArgs, asked: Asked, mut options: StageOptions) -> Re
         commands,
         time_limit: args.time_limit.map(Duration::from_secs_f64),
     })
+}
+
+/// Lets decompose begin with the regions of `run`, and certify with its certificates, if it has any.
+fn extend(run: &Path, options: &mut StageOptions) -> Result<(), Failure> {
+    let absolute = run.canonicalize().ok().filter(|run| run.is_dir());
+    let Some(absolute) = absolute.as_deref().and_then(Path::to_str) else {
+        let named = run.display();
+        return Err(Failure::bad_input(format!("--extend {named}: no such folder; give a run directory")));
+    };
+    options.insert(StageName::Decompose, "extend", absolute.to_owned());
+    if Path::new(absolute).join("certify/certificates.bin").is_file() {
+        options.insert(StageName::Certify, "reuse", absolute.to_owned());
+    }
+    Ok(())
 }
 
 fn processors() -> u32 {
