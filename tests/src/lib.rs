@@ -5,3 +5,4 @@ pub mod judge;
 pub mod polytope_samples;
 pub mod programs;
 pub mod scenes;
+pub mod transfers;

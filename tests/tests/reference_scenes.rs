@@ -4,6 +4,7 @@ use ipc_types::artefact::{PlanStatus, RegionsFile, TriedStatus};
 use pipeline_tests::judge::Judge;
 use pipeline_tests::programs::{json, plan};
 use pipeline_tests::scenes::scene;
+use pipeline_tests::transfers::{LONGEST_FREE, longest_transfer};
 use serde_json::Value;
 use std::path::Path;
 
@@ -72,6 +73,36 @@ fn judge_files(run: &Path, stderr: &str) {
     assert_eq!(record["outcome"]["exit_code"], 0);
     assert_eq!(record["stages"].as_array().map(Vec::len), Some(4));
     assert_eq!(record["scene_digest"].as_str().map(str::len), Some(64));
+}
+
+/// Coverage where grasps happen is a target of its own: at 0.70 of the whole, where the theses find no plan, one
+/// transfer still crosses the longest free interval of the grasp band, and ten grasps are enough.
+fn plan_at_little_coverage(name: &str, seed: &str) {
+    let folder = tempfile::tempdir().expect("a folder");
+    let (scene, run) = (scene(name), folder.path().join("run"));
+    plan(&scene, &run, &["--seed", seed, "--coverage", "0.7"]).expect_code(0);
+    let judge = Judge::new(&scene, &run);
+    assert_eq!(judge.plan.n_grasps, Some(10));
+    assert!(judge.trajectory.segments.iter().all(|segment| segment.certified));
+    judge.judge_motion();
+    let share = longest_transfer(&judge.regions) / (LONGEST_FREE.1 - LONGEST_FREE.0);
+    assert!(share >= 0.99, "{name}, seed {seed}: {share} of the longest interval");
+    // Far fewer regions than the whole takes, so that it is the targets of CG that do it.
+    assert!(judge.regions.regions.len() <= 8, "{} regions", judge.regions.regions.len());
+}
+
+#[test]
+fn little_coverage_of_the_whole_is_enough_with_3_degrees_of_freedom() {
+    for seed in ["0", "1"] {
+        plan_at_little_coverage("bottle-cap-3dof", seed);
+    }
+}
+
+#[test]
+fn little_coverage_of_the_whole_is_enough_with_4_degrees_of_freedom() {
+    for seed in ["0", "1"] {
+        plan_at_little_coverage("bottle-cap-4dof", seed);
+    }
 }
 
 #[test]

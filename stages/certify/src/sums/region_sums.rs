@@ -126,6 +126,7 @@ pub fn certify_by_sums(
         volume_kept,
         n_cells: n_solved,
         n_cuts: 0,
+        n_reused: 0,
     }))
 }
 
