@@ -316,7 +316,8 @@ impl Certifier {
         let n_cells = proofs.iter().map(|proof| proof.proof.n_tried).sum();
         let reused = || proofs.iter().filter(|proof| proof.proof.is_reused);
         let n_reused = reused().count();
-        let n_cuts = shared.rows.len() - rows.len() - reused().map(|proof| proof.proof.cuts.len()).sum::<usize>();
+        let n_cuts =
+            shared.rows.len() - rows.len() - reused().map(|proof| proof.proof.cuts.len()).sum::<usize>();
         let Assembled { polyhedron, rows, pairs } =
             assemble(&shared.rows, rows.len(), &self.limits, &self.pairs, proofs);
         Ok(CertifyOutcome::Certified(Box::new(CertifiedRegion {

@@ -47,7 +47,7 @@ impl Rows {
 
     /// No rows.
     pub fn empty() -> Self {
-        Self { a: Vec::new(), b: Vec::new(), active: Vec::new() }
+        Self { a: Vec::new(), b: Vec::new(), active: Vec::new(), is_active: Vec::new() }
     }
 
     /// Number of rows.

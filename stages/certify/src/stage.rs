@@ -55,8 +55,13 @@ impl Stage for CertifyStage {
             }
             None => EarlierCertificates::default(),
         };
-        let work =
-            Work { scene, certifier: &certifier, purpose: &purpose_of(job), margin: job.clearance, earlier: &earlier };
+        let work = Work {
+            scene,
+            certifier: &certifier,
+            purpose: &purpose_of(job),
+            margin: job.clearance,
+            earlier: &earlier,
+        };
         let accounts = certify_all(&work, options, host)?;
         let n_certified = accounts.values().filter(|account| account.faces > 0).count();
         let rejected: Vec<&Account> = accounts.values().filter(|account| account.faces == 0).collect();
