@@ -1,6 +1,6 @@
-//! Where a region touches or enters a C-obstacle, found by samples and by descent of the gap.
+//! Where a region touches or enters a C-obstacle, found by descent of the gap.
 //!
-//! Guides cuts and refusals; proves nothing but what it shows (a configuration without a separating plane).
+//! Guides refusals; proves nothing but what it shows (a configuration without a separating plane).
 
 use crate::cell::CellBox;
 use crate::pair_model::PairModel;
@@ -9,6 +9,7 @@ use crate::rows::Rows;
 
 /// Steps of descent.
 const MAX_DESCENTS: usize = 12;
+
 /// A configuration of the region with a small gap, by repeated steps to the vertex where the linearised gap is least
 /// (Frank & Wolfe 1956), and the gap there, metres.
 pub fn least_gap(
