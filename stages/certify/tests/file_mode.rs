@@ -1,6 +1,6 @@
 //! The program on files: the same bytes for any number of threads, refusals with their exit codes.
 
-use ipc_types::artefact::{CertificatesFile, Region, RegionsFile};
+use ipc_types::artefact::{CertificatesFile, PairProof, Region, RegionsFile};
 use ipc_types::store::{read_bin, write_artefact};
 use scene::Scene;
 use std::path::{Path, PathBuf};
@@ -104,11 +104,16 @@ fn a_region_that_needs_a_cut_is_refused_with_its_pair_where_cuts_are_forbidden()
 }
 
 #[test]
-fn sums_of_squares_are_refused() {
+fn sums_of_squares_certify_in_place_of_swept_hulls() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let scene = Scene::load(&scene_folder("bottle-cap-3dof")).expect("a reference scene");
     write_candidates(folder.path(), &scene, bands(&scene));
-    let output = certify("bottle-cap-3dof", folder.path(), &folder.path().join("c"), &["--method", "sos"]);
-    assert_eq!(output.status.code(), Some(2));
-    assert!(String::from_utf8_lossy(&output.stderr).contains("not available yet"));
+    let out = folder.path().join("certify");
+    let output = certify("bottle-cap-3dof", folder.path(), &out, &["--method", "sos"]);
+    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+    let file: CertificatesFile =
+        read_bin(&out.join("certificates.bin"), Some(&scene.digest)).expect("certificates");
+    assert!(!file.regions.is_empty());
+    let pairs = file.regions.iter().flat_map(|region| &region.pairs);
+    assert!(pairs.into_iter().all(|pair| matches!(pair.proof, PairProof::SumOfSquares(_))));
 }
