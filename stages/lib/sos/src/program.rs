@@ -172,7 +172,8 @@ mod tests {
     #[test]
     fn cubics_on_an_interval_are_minimised_exactly() {
         // 4 s³ − 3 s has its minimum −1 at 1/2 and at −1; s³ has −1; s² − s/2 has −1/16.
-        let cases: [(&[(&[u8], f64)], f64); 3] = [
+        type Terms = [(&'static [u8], f64)];
+        let cases: [(&Terms, f64); 3] = [
             (&[(&[3], 4.0), (&[1], -3.0)], -1.0),
             (&[(&[3], 1.0)], -1.0),
             (&[(&[2], 1.0), (&[1], -0.5)], -0.0625),
