@@ -14,7 +14,8 @@ use crate::error::CertifyError;
 use crate::guide::Guide;
 use crate::options::{CertifyOptions, Method};
 use crate::pair_model::PairModel;
-use crate::pair_search::{PairOutcome, RegionData, keeps, search};
+use crate::pair_search::{PairOutcome, search};
+use crate::region_data::{RegionData, keeps};
 use crate::reuse::{EarlierCertificates, EarlierRows, reused};
 use crate::row_program::RowProgram;
 use crate::rows::Rows;
@@ -255,6 +256,11 @@ impl Certifier {
             && let Some(refusal) = self.collision_in(&region)
         {
             return Ok(refusal);
+        }
+        // No search helps a pair that is too close at the centre, which stays.
+        if let Some(model) = self.pairs.iter().find(|model| model.gap(&center) <= model.clearance) {
+            let reason = "no plane separates the bodies at the centre of the region".to_owned();
+            return Ok(CertifyOutcome::Rejected { pair: model.pair, configuration: center, reason });
         }
         let mut shared = Shared { rows: rows.clone(), guide: None };
         let mut proofs: Vec<Option<SharedProof>> = Vec::with_capacity(self.pairs.len());

@@ -18,7 +18,7 @@ pub struct CleanUp<'a> {
     pub center: &'a [f64],
     /// Whether the cut a·q ≤ b is allowed.
     pub may_cut: &'a dyn Fn(&[f64], f64) -> bool,
-    /// Share of the samples that one cut may lose.
+    /// Share of the samples that one cut may lose, where few of them collide.
     pub max_loss: f64,
 }
 
@@ -34,6 +34,8 @@ const FIRST_TRUST: f64 = 0.05;
 const MAX_STEPS: usize = 12;
 /// A face is placed this far off contact, metres of gap.
 const ROOM: f64 = 1e-4;
+/// Where more of the samples collide, a cut may lose so many times their share: it has to.
+const LOSS_FOR_SHARE: f64 = 8.0;
 /// Steps from a collision to contact.
 const N_NEWTON: usize = 4;
 /// Rows with less slack than this count as active.
@@ -54,10 +56,13 @@ pub fn clean_up(models: &[&PairModel], rows: &mut Rows, guide: &mut Guide, task:
                 .map(|q| (model.gap(q) - model.clearance, q.to_vec()))
                 .collect();
             starts.sort_by(|x, y| x.0.total_cmp(&y.0));
+            let n_colliding = starts.iter().take_while(|(gap, _)| *gap <= model.demand()).count();
+            let share = n_colliding as f64 / starts.len().max(1) as f64;
+            let task = CleanUp { max_loss: task.max_loss.max(LOSS_FOR_SHARE * share).min(1.0), ..*task };
             let mut n_here = 0;
             for (_, start) in starts.into_iter().take(N_DESCENTS) {
                 let (gap, q) = descend(model, rows, task.limits, &start, &mut program);
-                if gap <= model.demand() && cut(model, rows, guide, task, &q) {
+                if gap <= model.demand() && cut(model, rows, guide, &task, &q) {
                     n_here += 1;
                 }
             }

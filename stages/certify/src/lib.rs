@@ -22,6 +22,7 @@ mod pair_model;
 mod pair_search;
 pub mod path;
 mod recheck;
+mod region_data;
 mod reuse;
 mod row_program;
 mod rows;
@@ -30,6 +31,7 @@ mod side;
 mod stage;
 pub mod sums;
 mod support;
+mod waiting;
 
 pub use certify_region::{Candidate, CertifiedRegion, Certifier, CertifyOutcome, Purpose};
 pub use error::CertifyError;

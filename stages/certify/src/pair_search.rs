@@ -9,31 +9,13 @@ use crate::control_net::{ControlNet, MAX_HALF_ANGLE};
 use crate::guide::Guide;
 use crate::options::CertifyOptions;
 use crate::pair_model::{PairModel, Plane, Tangent};
+use crate::region_data::{RegionData, keeps};
 use crate::row_program::RowProgram;
 use crate::rows::{Multipliers, RowBound, Rows};
+use crate::waiting::Waiting;
 use ipc_types::artefact::Cell;
 use nalgebra::Vector3;
-use std::cmp::Ordering;
 use std::collections::BinaryHeap;
-
-/// What all pairs of a region share.
-#[derive(Clone, Copy)]
-pub struct RegionData<'a> {
-    /// Rows of the region as it came.
-    pub rows: &'a Rows,
-    /// Joint limits.
-    pub limits: &'a CellBox,
-    /// For each coordinate the proven lower and upper bound of the region and why, where it is inside the limits.
-    pub bounds: &'a [[Option<(f64, Multipliers)>; 2]],
-    /// A point of the region that stays.
-    pub center: &'a [f64],
-    /// Further points that stay.
-    pub keep: &'a [Vec<f64>],
-    /// Makes the samples by which cuts are judged, the same each time.
-    pub guide: &'a (dyn Fn() -> Guide + Sync),
-    /// A cut leaves the centre at least this room.
-    pub min_room: f64,
-}
 
 /// A pair certified on what its cuts leave of the region.
 #[derive(Debug, Clone)]
@@ -67,33 +49,6 @@ pub enum PairOutcome {
     },
     /// The caller asked to stop.
     Stopped,
-}
-
-struct Waiting {
-    size: f64,
-    node: usize,
-    cell: CellBox,
-    /// Rows that the cell may violate, of the first `n_rows_seen`.
-    rows: Vec<u32>,
-    n_rows_seen: usize,
-}
-
-impl PartialEq for Waiting {
-    fn eq(&self, other: &Self) -> bool {
-        self.cmp(other) == Ordering::Equal
-    }
-}
-impl Eq for Waiting {}
-impl PartialOrd for Waiting {
-    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
-        Some(self.cmp(other))
-    }
-}
-impl Ord for Waiting {
-    /// Largest first, of equal ones the first made.
-    fn cmp(&self, other: &Self) -> Ordering {
-        self.size.total_cmp(&other.size).then(other.node.cmp(&self.node))
-    }
 }
 
 /// A half-width of an angle from which a cell is split untested: its control net is too wide to be of use.
@@ -133,8 +88,6 @@ struct Attempt {
     bound: f64,
     /// Configurations in cell ∩ region at which normals failed.
     witnesses: Vec<(Vec<f64>, Tangent)>,
-    /// A configuration in cell ∩ region that collides.
-    contact: Option<Vec<f64>>,
 }
 
 struct Search<'a> {
@@ -325,7 +278,7 @@ impl Search<'_> {
         let Some(attempt) = best else { return Err("no frame".to_owned()) };
         let displacement = self.model.displacement(&cell);
         if self.options.cuts_allowed() {
-            let loss = self.allowed_loss(displacement, attempt.contact.is_some());
+            let loss = self.allowed_loss(displacement);
             if self.cut(net, node, &cell, &attempt, loss) {
                 return Ok(());
             }
@@ -385,13 +338,11 @@ impl Search<'_> {
                     multipliers,
                     bound,
                     witnesses: vec![],
-                    contact: None,
                 });
             }
             // No plane along n: the first-order gap at `worst`, in the region, is too small.
             let tangent = model.tangent(frame_idx, &worst);
             let is_contact = tangent.gap <= demand;
-            let contact = is_contact.then(|| worst.clone());
             witnesses.push((worst, tangent));
             let last = witnesses.len() - 1;
             let mut better: Option<(f64, Vector3<f64>)> = None;
@@ -435,7 +386,6 @@ impl Search<'_> {
                         multipliers,
                         bound,
                         witnesses,
-                        contact,
                     });
                 }
             }
@@ -552,7 +502,7 @@ impl Search<'_> {
     }
 
     /// Share of the samples that a cut for a cell of this displacement may lose now.
-    fn allowed_loss(&self, displacement: f64, _is_contact: bool) -> f64 {
+    fn allowed_loss(&self, displacement: f64) -> f64 {
         let options = self.options;
         if displacement < options.give_up {
             1.0 - options.min_kept
@@ -634,12 +584,3 @@ impl Search<'_> {
         false
     }
 }
-
-/// Whether the cut keeps the centre well inside, and the points to keep.
-pub fn keeps(region: &RegionData<'_>, a: &[f64], b: f64) -> bool {
-    let slack = |q: &[f64]| b - a.iter().zip(q).map(|(a, q)| a * q).sum::<f64>();
-    slack(region.center) > region.min_room && region.keep.iter().all(|q| slack(q) >= MIN_ROOM_KEPT)
-}
-
-/// A cut stays this far from points to keep.
-const MIN_ROOM_KEPT: f64 = 1e-9;

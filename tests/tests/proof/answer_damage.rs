@@ -4,7 +4,8 @@
 
 use crate::damage::{Damage, bytes, damage, forge, plan, regions};
 use ipc_types::artefact::{
-    ChainBound, Contained, PlanFile, ProofFile, ProofNode, ProofSet, Region, Search, TriedStatus,
+    Apart, ChainBound, Contained, EmptySet, PlanFile, ProofFile, ProofNode, ProofSet, Region, Search,
+    TriedStatus,
 };
 use ipc_types::store;
 use std::path::Path;
@@ -124,24 +125,18 @@ fn of_sets() -> Vec<Damage> {
         damage(
             "a set that has points is called empty",
             proof(|f| {
-                let inner = f.contained[0].outer;
-                f.empty[0].region = inner;
-                f.empty[0].set = ProofSet::Waypoint;
+                let n_regions = f.apart.iter().map(|apart| apart.a.max(apart.b)).max().unwrap_or(0);
+                for region in 0..=n_regions {
+                    f.empty.push(EmptySet { set: ProofSet::Waypoint, region, multipliers: 0 });
+                }
             }),
             "do not prove its Waypoint set empty",
         ),
         damage(
             "a region is left out in favour of one that does not hold it",
             proof(|f| {
-                let Contained { inner, outer, .. } = f.contained[0];
-                (f.contained[0].inner, f.contained[0].outer) = (outer, inner);
-            }),
-            "are not proven to lie in region",
-        ),
-        damage(
-            "a face of a containment is not shown",
-            proof(|f| {
-                f.contained[0].faces.pop();
+                let Apart { a, b, .. } = f.apart[0];
+                f.contained.push(Contained { inner: a, outer: b, faces: vec![0; 3] });
             }),
             "are not proven to lie in region",
         ),

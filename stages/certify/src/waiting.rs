@@ -1,0 +1,36 @@
+//! The order in which cells are tried: largest first.
+
+use crate::cell::CellBox;
+use std::cmp::Ordering;
+
+/// A cell that waits.
+pub struct Waiting {
+    /// Its order, metres.
+    pub size: f64,
+    /// Its node in the tree.
+    pub node: usize,
+    /// The cell.
+    pub cell: CellBox,
+    /// Rows that the cell may violate, of the first `n_rows_seen`.
+    pub rows: Vec<u32>,
+    /// How many rows there were when it was made.
+    pub n_rows_seen: usize,
+}
+
+impl PartialEq for Waiting {
+    fn eq(&self, other: &Self) -> bool {
+        self.cmp(other) == Ordering::Equal
+    }
+}
+impl Eq for Waiting {}
+impl PartialOrd for Waiting {
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+impl Ord for Waiting {
+    /// Largest first, of equal ones the first made.
+    fn cmp(&self, other: &Self) -> Ordering {
+        self.size.total_cmp(&other.size).then(other.node.cmp(&self.node))
+    }
+}
