@@ -1,8 +1,10 @@
 //! Certifies one region against all pairs of bodies.
 //!
-//! All pairs run against the region as it came; the certified region is its intersection with their cuts, in the
-//! order of the pairs. So the result depends neither on the number of workers nor on the order in which pairs are
-//! done. Source: mathematics.md 2.1, *Order*.
+//! Each pair first gets a few cells against the region as it came. The pairs that need more follow in rounds of a fixed
+//! number, in the pairs' order, after a clean-up of what collides: those of a round run against the same rows, and see
+//! the cuts of all rounds before. The certified region is the intersection of all cuts. Rounds and budgets count pairs
+//! and cells, so the result depends neither on the number of workers nor on which of a round ends first.
+//! Source: mathematics.md 2.1, *Order*; there all pairs run against the same region, which cuts away more.
 
 use crate::assemble::{Assembled, SharedProof, assemble};
 use crate::bounds::coordinate_bounds;
@@ -196,7 +198,8 @@ impl Certifier {
         self.pairs.iter().map(|model| model.pair)
     }
 
-    /// Certifies `candidate`, cutting it where needed, or shrinking it where the method is sums of squares. `is_stopped` is asked now and then.
+    /// Certifies `candidate`, cutting it where needed, or shrinking it where the method is sums of squares. `is_stopped`
+    /// is asked now and then.
     pub fn certify_region(
         &self,
         candidate: &Candidate,
