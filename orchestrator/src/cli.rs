@@ -176,6 +176,13 @@ pub struct CertifyPathArgs {
     /// Distance to prove, metres. Default: the task's, or 0.
     #[arg(long, value_name = "M")]
     pub clearance: Option<f64>,
+    /// What a gripper holds on which pieces, as in `--attach cap/cap=gripper/wsg_body@1..3`: there the object's link moves
+    /// with the gripper's. `regrasp-certify path --help` says more.
+    #[arg(long, value_name = "OBJECT_LINK=GRIPPER_LINK@FIRST..LAST")]
+    pub attach: Vec<String>,
+    /// How far from where the path puts it what was held may be when it is released, metres.
+    #[arg(long, value_name = "M", value_parser = distance)]
+    pub tol_held: Option<f64>,
     /// Folder for the certificate (`path.bin`, `path.json`), for `regrasp-check --path`.
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,

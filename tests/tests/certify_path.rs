@@ -148,3 +148,92 @@ fn bad_paths_are_bad_input() {
     let path = written(folder.path(), "path.csv", "slide,lift\n0.3,0\n");
     certify("slider-gap", &path, &["--task", "nothing"]).expect_code(2);
 }
+
+/// A block that hangs on the tip, 0.08 to its right, is carried past the wall, whose end is at 0.2.
+const CARRY: &str = "block,pusher_x,pusher_y
+-0.22,-0.3,0.0725
+-0.22,-0.09,TOP
+";
+const HOLD: &str = "block/block=pusher/tip@0";
+
+#[test]
+fn what_is_attached_moves_with_the_gripper_whatever_its_coordinates_say() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let high = written(folder.path(), "high.csv", &CARRY.replace("TOP", "0.3"));
+    // The block that stays on its rail is not in the way, the one that is carried is.
+    certify("two-rooms", &high, &[]).expect_code(0);
+    let refused = certify("two-rooms", &high, &["--attach", HOLD]).expect_code(1);
+    for words in ["block/block and wall", "held: block/block by pusher/tip on pieces 0 to 0"] {
+        assert!(refused.stderr.contains(words), "{}", refused.stderr);
+    }
+    // Carried up to 0.2 it ends 0.05 + 0.2 − 0.0725 = 0.1775 high, 0.0225 below the wall.
+    let low = written(folder.path(), "low.csv", &CARRY.replace("TOP", "0.2"));
+    let closer = certify("two-rooms", &low, &["--attach", HOLD, "--clearance", "0.0226"]).expect_code(1);
+    assert!(closer.stderr.contains("block/block and wall are"), "{}", closer.stderr);
+    let out = folder.path().join("proof");
+    let words = ["--attach", HOLD, "--clearance", "0.0224", "--out", out.to_str().expect("UTF-8")];
+    certify("two-rooms", &low, &words).expect_code(0);
+    for file in ["path.bin", "path.json"] {
+        let accepted = check("two-rooms", &out.join(file), &low, &["--clearance", "0.0224"]).expect_code(0);
+        assert!(accepted.stderr.contains("held: block/block by pusher/tip"), "{}", accepted.stderr);
+    }
+    for (field, value, words) in [
+        ("/attachments/0/translation/0", json!(0.0811), "from where the path has it"),
+        ("/attachments/0/rotation", json!([0.0, 0.0, 0.001, 1.0]), "from where the path has it"),
+        ("/attachments/0/rotation", json!([0.0, 0.0, 0.0, 0.0]), "not finite numbers"),
+        ("/attachments/0/object", json!("block/brick"), "there is no link block/brick"),
+        ("/attachments/0/gripper", json!("wall"), "role robot"),
+        ("/attachments/0/last", json!(1), "not of the path"),
+        ("/attachments/0/grasp", json!([]), "piece 0 is not certified"),
+        ("/attachments/0/grasp/0", json!([]), "nothing is proven"),
+        ("/attachments/0/pairs/0/clearance", json!(-1.0), "asked for"),
+        ("/attachments/0/pairs", json!([]), "pair 0"),
+        ("/attachments", json!([]), "piece 0 is not certified"),
+    ] {
+        let mut damaged: Value = json(&out, "path.json");
+        *damaged.pointer_mut(field).unwrap_or_else(|| panic!("no {field}")) = value;
+        let file = written(folder.path(), "damaged.json", &damaged.to_string());
+        let rejected = check("two-rooms", &file, &low, &[]).expect_code(1);
+        assert!(rejected.stderr.contains(words), "{field}: {}", rejected.stderr);
+    }
+    for (words, expected) in [
+        (["--attach", "block/block"], "OBJECT_LINK=GRIPPER_LINK@FIRST..LAST"),
+        (["--attach", "block/brick=pusher/tip"], "no link block/brick; the links are"),
+        (["--attach", "pusher/tip=pusher/tip"], "role object"),
+        (["--attach", "block/block=pusher/tip@1..2"], "pieces 1 to 2, but the path has pieces 0 to 0"),
+    ] {
+        let refused = certify("two-rooms", &low, &words).expect_code(2);
+        assert!(refused.stderr.contains(expected), "{}", refused.stderr);
+    }
+}
+
+/// A planner that rounds its numbers: what is held is put down a little beside where the path has it.
+#[test]
+fn a_transfer_that_does_not_keep_its_forms_is_certified_as_attached() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let table = "mode,gripper,cap,left_finger
+transit,-0.8,-3,-0.03
+transfer,-0.8,-3,-0.0245
+transit,-0.65,CAP,-0.0245
+transit,-0.65,CAP,-0.03
+";
+    // The cap follows by 0.15; the path says 0.1498.
+    let path = written(folder.path(), "path.csv", &table.replace("CAP", "-2.8502"));
+    let slip = certify("bottle-cap-3dof", &path, &["--task", "open"]).expect_code(1);
+    assert!(slip.stderr.contains("form 0 that task open keeps in transfer changes by"), "{}", slip.stderr);
+    let attach = ["--task", "open", "--attach", "cap/cap=gripper/wsg_body@1..1"];
+    let refused = certify("bottle-cap-3dof", &path, &attach).expect_code(1);
+    assert!(refused.stderr.contains("piece 1 (line 3): what is held is"), "{}", refused.stderr);
+    let out = folder.path().join("proof");
+    let further = ["--tol-held", "1e-5", "--out", out.to_str().expect("UTF-8")];
+    certify("bottle-cap-3dof", &path, &[&attach[..], &further].concat()).expect_code(0);
+    let certificate = out.join("path.bin");
+    let refused = check("bottle-cap-3dof", &certificate, &path, &[]).expect_code(1);
+    assert!(refused.stderr.contains("at most 1e-6 m are accepted"), "{}", refused.stderr);
+    check("bottle-cap-3dof", &certificate, &path, &["--tol-held", "1e-5"]).expect_code(0);
+    let exact = written(folder.path(), "exact.csv", &table.replace("CAP", "-2.85"));
+    let out = folder.path().join("exact");
+    let further = ["--out", out.to_str().expect("UTF-8")];
+    certify("bottle-cap-3dof", &exact, &[&attach[..], &further].concat()).expect_code(0);
+    check("bottle-cap-3dof", &out.join("path.bin"), &exact, &[]).expect_code(0);
+}

@@ -15,7 +15,7 @@ pub use certificate::{
     SweptProof, SweptRow,
 };
 pub use cuts::{CutsFile, LeafCut};
-pub use path_certificate::{CertifiedPiece, PathCertificateFile, PathPair, SeparatedInterval};
+pub use path_certificate::{Attachment, CertifiedPiece, PathCertificateFile, PathPair, SeparatedInterval};
 pub use plan::{Mode, PlanFile, PlanStatus, Tried, TriedStatus};
 pub use proof::{Apart, ChainBound, Contained, EmptySet, ProofCut, ProofFile, ProofNode, ProofSet, Search};
 pub use regions::{Coverage, Estimate, Region, RegionsFile};

@@ -27,8 +27,36 @@ pub struct PathCertificateFile {
     pub clearance: f64,
     /// Every pair of bodies that may collide, sorted by (body_a, body_b).
     pub pairs: Vec<PathPair>,
+    /// What is held on which pieces, sorted, no piece twice.
+    #[serde(default)]
+    pub attachments: Vec<Attachment>,
     /// The pieces of the path in their order.
     pub pieces: Vec<CertifiedPiece>,
+}
+
+/// A link of an object, with all that hangs on it, moves rigidly with a link of a robot over some pieces: the scene for
+/// these pieces has the object's link fixed on the gripper's, with the pose X_GO that the path gives it where the first
+/// of them begins.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Attachment {
+    /// Name of the object's link, `model/link`.
+    pub object: String,
+    /// Name of the gripper's link.
+    pub gripper: String,
+    /// First piece.
+    pub first: u32,
+    /// Last piece.
+    pub last: u32,
+    /// Rotation of X_GO as a quaternion (i, j, k, w), of unit length within rounding.
+    pub rotation: [f64; 4],
+    /// Translation of X_GO, metres.
+    pub translation: [f64; 3],
+    /// Every pair that may collide in that scene, sorted by (body_a, body_b): bodies on links that are rigid to each other
+    /// do not count.
+    pub pairs: Vec<PathPair>,
+    /// Why the configuration where it begins is free as the path gives it, the gripper and what it holds included: one
+    /// list for each of the file's `pairs`, as for a piece that stays there.
+    pub grasp: Vec<Vec<SeparatedInterval>>,
 }
 
 /// A pair of bodies and the frames in which its normals are fixed.
@@ -52,7 +80,7 @@ pub struct CertifiedPiece {
     pub mode: Option<Mode>,
     /// Bézier control points, each of n coordinates; two for a straight piece.
     pub control_points: Vec<Vec<f64>>,
-    /// One list for each pair, in the order of `pairs`: intervals in order, the first from 0, each from the end of
+    /// One list for each pair, in the order of the file's `pairs`, or of those of the attachment that holds here: intervals in order, the first from 0, each from the end of
     /// the one before it, the last to 1. No list at all for a piece that is not certified.
     pub intervals: Vec<Vec<SeparatedInterval>>,
 }

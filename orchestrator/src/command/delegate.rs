@@ -30,6 +30,12 @@ pub fn certify_path(args: &CertifyPathArgs) -> Result<ExitCode, Failure> {
     if let Some(clearance) = args.clearance {
         command.arg("--clearance").arg(clearance.to_string());
     }
+    for attach in &args.attach {
+        command.arg("--attach").arg(attach);
+    }
+    if let Some(distance) = args.tol_held {
+        command.arg("--tol-held").arg(distance.to_string());
+    }
     if let Some(folder) = &args.out {
         command.arg("--out").arg(folder);
     }

@@ -30,6 +30,9 @@ struct Arguments {
     /// Least clearance in metres that the certificate of the path must prove.
     #[arg(long, value_name = "M", default_value_t = 0.0, requires = "path")]
     clearance: f64,
+    /// With --path: how far in metres what is held may be from where the path has it when the holding begins or ends.
+    #[arg(long, value_name = "M", default_value_t = 1e-6, requires = "path")]
+    tol_held: f64,
     /// Print the verdict as JSON on standard output.
     #[arg(long)]
     json: bool,
@@ -65,6 +68,12 @@ fn check_path(arguments: &Arguments, certificate: &Path, scene: &Path) -> ExitCo
                 if let Some(residual) = verdict.kept_residual {
                     eprintln!("kept forms change by at most {residual:e}");
                 }
+                if let Some(residual) = verdict.held_residual {
+                    eprintln!(
+                        "held: {}; within {residual:e} m of the path at its ends",
+                        verdict.held.join(", ")
+                    );
+                }
             }
             ExitCode::Done
         }
@@ -95,7 +104,7 @@ fn verify_path(
         store::read_bin(certificate, Some(&scene.digest))
     };
     let file = file.map_err(|error| (ExitCode::Negative, error.to_string()))?;
-    path::verify(&scene, &file, &pieces, arguments.clearance)
+    path::verify(&scene, &file, &pieces, arguments.clearance, arguments.tol_held)
         .map_err(|error| (ExitCode::Negative, error.to_string()))
 }
 

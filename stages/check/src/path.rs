@@ -5,6 +5,7 @@
 //! on each half the gap is at least a parabola; see [`least_on_half`].
 
 mod at_parameter;
+mod held;
 mod motion_bound;
 
 use crate::chain::{Side, Step};
@@ -61,6 +62,20 @@ pub enum PathError {
         /// What is wrong.
         problem: String,
     },
+    /// What is held is not where the path has it.
+    #[error(
+        "{object} held by {gripper}: where that begins or ends it is up to {found:e} m from where the path has it, at most {asked:e} m are accepted"
+    )]
+    Held {
+        /// The object's link.
+        object: String,
+        /// The gripper's.
+        gripper: String,
+        /// Upper bound of the distance.
+        found: f64,
+        /// Accepted.
+        asked: f64,
+    },
     /// An interval proves nothing.
     #[error("piece {piece_idx}, {name_a} – {name_b}, interval {interval_idx}: {problem}")]
     Interval {
@@ -90,6 +105,11 @@ pub struct PathVerdict {
     pub clearance: f64,
     /// Largest change of a kept form while its mode lasts; `None` if the certificate names no task.
     pub kept_residual: Option<f64>,
+    /// What is held, by what, on which pieces; nothing else is proven of an object's motion there.
+    pub held: Vec<String>,
+    /// Upper bound of how far what is held is from where the path has it when the holding begins or ends, metres;
+    /// `None` if nothing is.
+    pub held_residual: Option<f64>,
 }
 
 /// A body seen from a frame.
@@ -100,49 +120,41 @@ struct SeenBody {
     radius: Interval,
 }
 
-/// Verifies the certificate of the path `pieces`. `least_clearance` is what the certificate must claim at the least.
-pub fn verify(
-    scene: &Scene,
-    certificate: &PathCertificateFile,
-    pieces: &[InputPiece],
-    least_clearance: f64,
-) -> Result<PathVerdict, PathError> {
-    let foreign = |what: &str| PathError::Foreign(what.to_owned());
-    if certificate.coordinates.iter().ne(scene.coordinates.iter().map(|c| &c.name)) {
-        return Err(foreign("its coordinates are not the scene's"));
+/// Pairs of bodies in a scene, and both bodies of each seen from its frames.
+struct Counted<'a> {
+    scene: &'a Scene,
+    pairs: &'a [PathPair],
+    frames: Vec<Vec<[SeenBody; 2]>>,
+}
+
+impl<'a> Counted<'a> {
+    /// `pairs` are exactly those that count in `scene`, each with the clearance that is due.
+    fn new(scene: &'a Scene, pairs: &'a [PathPair], clearance: f64) -> Result<Self, PathError> {
+        verify_pairs(scene, pairs, clearance)?;
+        let of_pair = |pair: &PathPair| pair.frames.iter().map(|frame| seen(scene, pair, frame)).collect();
+        let frames = pairs.iter().map(of_pair).collect::<Option<Vec<Vec<[SeenBody; 2]>>>>();
+        let frames = frames.ok_or_else(|| {
+            PathError::Foreign(
+                "a frame is not a link of the scene, or drops what is not symmetric".to_owned(),
+            )
+        })?;
+        Ok(Self { scene, pairs, frames })
     }
-    if !(certificate.clearance >= least_clearance && certificate.clearance.is_finite()) {
-        let (what, found) = ("the path".to_owned(), certificate.clearance);
-        return Err(PathError::Clearance { what, found, asked: least_clearance });
-    }
-    let task = match &certificate.task {
-        Some(name) => {
-            Some(scene.tasks.get(name).ok_or_else(|| foreign("it names a task that the scene has not"))?)
-        }
-        None => None,
-    };
-    verify_pairs(scene, certificate)?;
-    if certificate.pieces.len() != pieces.len() {
-        return Err(foreign("it has another number of pieces than the path"));
-    }
-    let frames = certificate
-        .pairs
-        .iter()
-        .map(|pair| pair.frames.iter().map(|frame| seen(scene, pair, frame)).collect())
-        .collect::<Option<Vec<Vec<[SeenBody; 2]>>>>()
-        .ok_or_else(|| foreign("a frame is not a link of the scene, or drops what is not symmetric"))?;
-    let mut n_intervals = 0;
-    for (piece_idx, (piece, given)) in certificate.pieces.iter().zip(pieces).enumerate() {
-        let before = piece_idx.checked_sub(1).and_then(|idx| pieces[idx].control_points.last());
-        verify_motion(scene, piece, given, before)
-            .map_err(|problem| PathError::Piece { piece_idx, problem })?;
-        if piece.intervals.len() != certificate.pairs.len() {
+
+    /// Every pair is apart on the piece; returns the number of intervals.
+    fn verify(
+        &self,
+        piece_idx: usize,
+        control_points: &[Vec<f64>],
+        intervals: &[Vec<SeparatedInterval>],
+    ) -> Result<usize, PathError> {
+        if intervals.len() != self.pairs.len() {
             return Err(PathError::NotCertified { piece_idx });
         }
-        let mut stretches = BTreeMap::new();
-        for ((pair, frames), intervals) in certificate.pairs.iter().zip(&frames).zip(&piece.intervals) {
-            let name = |body: u32| scene.bodies[body as usize].name.clone();
-            verify_intervals(scene, pair, frames, &piece.control_points, intervals, &mut stretches).map_err(
+        let (mut stretches, mut n_intervals) = (BTreeMap::new(), 0);
+        for ((pair, frames), intervals) in self.pairs.iter().zip(&self.frames).zip(intervals) {
+            let name = |body: u32| self.scene.bodies[body as usize].name.clone();
+            verify_intervals(self.scene, pair, frames, control_points, intervals, &mut stretches).map_err(
                 |(interval_idx, problem)| PathError::Interval {
                     piece_idx,
                     name_a: name(pair.body_a),
@@ -153,31 +165,108 @@ pub fn verify(
             )?;
             n_intervals += intervals.len();
         }
+        Ok(n_intervals)
     }
+}
+
+/// Verifies the certificate of the path `pieces`. `least_clearance` is what the certificate must claim at the least,
+/// metres; what is held may be `tol_held` metres from where the path has it when the holding begins or ends.
+pub fn verify(
+    scene: &Scene,
+    certificate: &PathCertificateFile,
+    pieces: &[InputPiece],
+    least_clearance: f64,
+    tol_held: f64,
+) -> Result<PathVerdict, PathError> {
+    let foreign = |what: &str| PathError::Foreign(what.to_owned());
+    if certificate.coordinates.iter().ne(scene.coordinates.iter().map(|c| &c.name)) {
+        return Err(foreign("its coordinates are not the scene's"));
+    }
+    let clearance = certificate.clearance;
+    if !(clearance >= least_clearance && clearance.is_finite()) {
+        let what = "the path".to_owned();
+        return Err(PathError::Clearance { what, found: clearance, asked: least_clearance });
+    }
+    let task = match &certificate.task {
+        Some(name) => {
+            Some(scene.tasks.get(name).ok_or_else(|| foreign("it names a task that the scene has not"))?)
+        }
+        None => None,
+    };
+    let base = Counted::new(scene, &certificate.pairs, clearance)?;
+    if certificate.pieces.len() != pieces.len() {
+        return Err(foreign("it has another number of pieces than the path"));
+    }
+    let attachments = &certificate.attachments;
+    let held_scenes = (0..attachments.len())
+        .map(|idx| {
+            let before = idx.checked_sub(1).map(|before| &attachments[before]);
+            held::scene_of(scene, &attachments[idx], before, pieces.len())
+        })
+        .collect::<Result<Vec<Scene>, PathError>>()?;
+    let held = attachments
+        .iter()
+        .zip(&held_scenes)
+        .map(|(attachment, scene)| Counted::new(scene, &attachment.pairs, clearance))
+        .collect::<Result<Vec<Counted<'_>>, PathError>>()?;
+    let holds = |idx: usize, piece_idx: usize| {
+        (attachments[idx].first as usize..=attachments[idx].last as usize).contains(&piece_idx)
+    };
+    let mut n_intervals = 0;
+    for (piece_idx, (piece, given)) in certificate.pieces.iter().zip(pieces).enumerate() {
+        let before = piece_idx.checked_sub(1).and_then(|idx| pieces[idx].control_points.last());
+        verify_motion(scene, piece, given, before)
+            .map_err(|problem| PathError::Piece { piece_idx, problem })?;
+        let holding = (0..held.len()).find(|&idx| holds(idx, piece_idx));
+        let counted = holding.map_or(&base, |idx| &held[idx]);
+        n_intervals += counted.verify(piece_idx, &piece.control_points, &piece.intervals)?;
+        if let Some(attachment) =
+            holding.map(|idx| &attachments[idx]).filter(|a| a.first as usize == piece_idx)
+        {
+            // Where it begins the gripper and what it holds count against each other too; from then on they are rigid.
+            let start = &piece.control_points[0];
+            n_intervals += base.verify(piece_idx, &[start.clone(), start.clone()], &attachment.grasp)?;
+        }
+    }
+    let mut held_residual = None;
+    for (attachment, held_scene) in attachments.iter().zip(&held_scenes) {
+        let found = held::displacement(scene, held_scene, attachment, pieces).unwrap_or(f64::INFINITY);
+        if !(found <= tol_held) {
+            let (object, gripper) = (attachment.object.clone(), attachment.gripper.clone());
+            return Err(PathError::Held { object, gripper, found, asked: tol_held });
+        }
+        held_residual = Some(found.max(held_residual.unwrap_or(0.0)));
+    }
+    let is_free = |piece_idx: usize| !(0..held.len()).any(|idx| holds(idx, piece_idx));
     Ok(PathVerdict {
         n_pieces: pieces.len(),
         n_pairs: certificate.pairs.len(),
         n_intervals,
-        clearance: certificate.clearance,
-        kept_residual: task.map(|task| kept_residual(task, pieces)),
+        clearance,
+        kept_residual: task.map(|task| kept_residual(task, pieces, is_free)),
+        held: attachments
+            .iter()
+            .map(|a| format!("{} by {} on pieces {} to {}", a.object, a.gripper, a.first, a.last))
+            .collect(),
+        held_residual,
     })
 }
 
-fn verify_pairs(scene: &Scene, certificate: &PathCertificateFile) -> Result<(), PathError> {
+fn verify_pairs(scene: &Scene, pairs: &[PathPair], clearance: f64) -> Result<(), PathError> {
     let required = pairs::required_pairs(scene);
     for (pair_idx, &(a, b)) in required.iter().enumerate() {
         let name = |body: usize| scene.bodies[body].name.clone();
-        let found = certificate.pairs.get(pair_idx);
+        let found = pairs.get(pair_idx);
         let Some(pair) = found.filter(|pair| (pair.body_a as usize, pair.body_b as usize) == (a, b)) else {
             return Err(PathError::Pair { pair_idx, name_a: name(a), name_b: name(b) });
         };
-        let asked = asked_clearance(scene, a, b, certificate.clearance);
+        let asked = asked_clearance(scene, a, b, clearance);
         if !(pair.clearance >= asked && pair.clearance.is_finite()) {
             let what = format!("{} – {}", name(a), name(b));
             return Err(PathError::Clearance { what, found: pair.clearance, asked });
         }
     }
-    if certificate.pairs.len() != required.len() {
+    if pairs.len() != required.len() {
         return Err(PathError::Foreign("it has pairs that are none of the scene".to_owned()));
     }
     Ok(())
@@ -309,6 +398,12 @@ fn least_on_half(g: f64, h: f64, K: Interval) -> f64 {
 
 /// Enclosure of the least value of r·x over the core of a body at the end of `steps`.
 fn least_value(steps: &[Step], shape: &Shape, values: &Values, r: &Vec3) -> Interval {
+    let (r, d) = through(steps, values, r);
+    d - body::core_support(shape, &r)
+}
+
+/// Row r' and offset d with r·x = r'·x_S + d for a point x_S at the end of `steps`.
+fn through(steps: &[Step], values: &Values, r: &Vec3) -> (Vec3, Interval) {
     let (mut r, mut d) = (*r, Interval::ZERO);
     for step in steps {
         match step {
@@ -329,15 +424,15 @@ fn least_value(steps: &[Step], shape: &Shape, values: &Values, r: &Vec3) -> Inte
             }
         }
     }
-    d - body::core_support(shape, &r)
+    (r, d)
 }
 
-/// Largest change of a kept form while its mode lasts, rounded up.
-fn kept_residual(task: &Task, pieces: &[InputPiece]) -> f64 {
+/// Largest change of a kept form while its mode lasts, rounded up; over the pieces on which nothing is attached.
+fn kept_residual(task: &Task, pieces: &[InputPiece], is_free: impl Fn(usize) -> bool) -> f64 {
     let mut largest: f64 = 0.0;
     let mut began: Option<(Mode, &Vec<f64>)> = None;
-    for piece in pieces {
-        let Some(mode) = piece.mode else {
+    for (piece_idx, piece) in pieces.iter().enumerate() {
+        let Some(mode) = piece.mode.filter(|_| is_free(piece_idx)) else {
             began = None;
             continue;
         };

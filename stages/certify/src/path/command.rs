@@ -1,7 +1,9 @@
 //! `regrasp-certify path SCENE PATH`: certifies the path of any planner.
 
+use super::held::AttachRequest;
 use super::verdict::{Obstruction, PieceVerdict};
-use super::whole_path::{CertifiedPath, PathOptions, certify_path};
+use super::whole_path::{CertifiedPath, PathOptions, certify_held_path};
+use ipc_types::artefact::Attachment;
 use ipc_types::path_input::{self, InputPiece};
 use ipc_types::store;
 use scene::{Scene, Task};
@@ -29,6 +31,14 @@ pub struct PathArgs {
     /// How much a kept form may change while its mode lasts.
     #[arg(long, value_name = "R", value_parser = not_negative, default_value_t = PathOptions::default().tol_kept)]
     pub tol_kept: f64,
+    /// What a gripper holds on which pieces (numbered from 0, both ends included; without LAST to the end of the path):
+    /// the object's link moves rigidly with the gripper's from where piece FIRST begins, whatever the path says of its own
+    /// coordinates; no form need be kept there. Repeat for more.
+    #[arg(long, value_name = "OBJECT_LINK=GRIPPER_LINK@FIRST..LAST")]
+    pub attach: Vec<AttachRequest>,
+    /// How far from where the path puts it what was held may be when it is released, metres.
+    #[arg(long, value_name = "M", value_parser = not_negative, default_value_t = PathOptions::default().tol_held)]
+    pub tol_held: f64,
     /// Most halvings of a piece before it is undecided.
     #[arg(long, value_name = "N", default_value_t = PathOptions::default().max_depth)]
     pub max_depth: u32,
@@ -61,10 +71,12 @@ pub fn run(args: &PathArgs, out: &mut dyn Write) -> Result<Outcome, StageError> 
     let options = PathOptions {
         clearance: args.clearance,
         tol_kept: args.tol_kept,
+        tol_held: args.tol_held,
         max_depth: args.max_depth,
         max_intervals: args.max_intervals,
     };
-    let certified = certify_path(&scene, task, &pieces, &options);
+    let certified =
+        certify_held_path(&scene, task, &pieces, &options, &args.attach).map_err(StageError::bad_input)?;
     if let Some(folder) = &args.out {
         store::write_artefact(folder, "path", &certified.certificate, &scene.digest)
             .map_err(StageError::failed)?;
@@ -90,6 +102,10 @@ struct Report {
     task: Option<String>,
     /// Largest change of a kept form; `null` where nothing is kept.
     kept_residual: Option<f64>,
+    /// What is held on which pieces.
+    attached: Vec<String>,
+    /// Furthest that something held is from where the path puts it when released, metres; `null` where nothing is.
+    held_residual: Option<f64>,
     /// Pairs that the scene excludes.
     excluded: Vec<[String; 2]>,
     first_failure: Option<usize>,
@@ -143,8 +159,15 @@ impl Report {
         let _ = write!(summary, " with a clearance of {clearance} m");
         if let Some(residual) = certified.kept_residual() {
             let _ = write!(summary, ", kept forms change by at most {residual:e}");
-        } else if task.is_some() {
+        } else if task.is_some() && pieces.iter().all(|piece| piece.mode.is_none()) {
             let _ = write!(summary, "; the path has no mode, so no kept form was checked");
+        }
+        let attached: Vec<String> = certified.certificate.attachments.iter().map(held_words).collect();
+        if !attached.is_empty() {
+            let _ = write!(summary, "; held: {}", attached.join(", "));
+        }
+        if let Some(residual) = certified.held_residual() {
+            let _ = write!(summary, ", put down within {residual:e} m of where the path has it");
         }
         if let Some((piece_idx, line)) = first_failure.and_then(|idx| Some((idx, lines.get(idx)?))) {
             let reason = line.reason.as_deref().unwrap_or(line.verdict);
@@ -165,6 +188,8 @@ impl Report {
             clearance,
             task: task.map(|task| task.name.clone()),
             kept_residual: certified.kept_residual(),
+            attached,
+            held_residual: certified.held_residual(),
             excluded: scene.excluded_links.iter().map(|&(a, b)| [name(a), name(b)]).collect(),
             first_failure,
             pieces: lines,
@@ -185,6 +210,11 @@ impl ObstructionLine {
     }
 }
 
+fn held_words(attachment: &Attachment) -> String {
+    let Attachment { object, gripper, first, last, .. } = attachment;
+    format!("{object} by {gripper} on pieces {first} to {last}")
+}
+
 fn word(verdict: &PieceVerdict) -> &'static str {
     match verdict {
         PieceVerdict::Certified => "certified",
@@ -193,6 +223,7 @@ fn word(verdict: &PieceVerdict) -> &'static str {
         PieceVerdict::Undecided(_) => "undecided",
         PieceVerdict::OutsideLimits { .. } => "outside-limits",
         PieceVerdict::Jump { .. } => "jump",
+        PieceVerdict::Released { .. } => "released-elsewhere",
         PieceVerdict::NotKept { .. } => "not-kept",
     }
 }
@@ -249,6 +280,10 @@ fn reason(scene: &Scene, task: Option<&Task>, piece: &InputPiece, verdict: &Piec
         PieceVerdict::Jump { coordinate_idx, distance } => format!(
             "it does not begin where the piece before it ended: {} jumps by {distance:e}",
             coordinate(*coordinate_idx)
+        ),
+        PieceVerdict::Released { distance } => format!(
+            "what is held is {distance:e} m from where the path puts it from its end on; give its coordinates there as \
+             they are, or raise --tol-held"
         ),
         PieceVerdict::NotKept { form_idx, residual } => {
             let mode = piece.mode.map_or("its mode", |mode| mode.word());

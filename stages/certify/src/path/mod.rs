@@ -5,11 +5,13 @@
 //! configuration at which it is not. Bodies move by revolute and prismatic joints, both bodies of a pair may.
 //!
 //! - [`certify_path`]: a whole path, its kept forms and joint limits included;
+//! - [`certify_held_path`]: the same, with objects that follow a gripper;
 //! - [`PathCertifier::certify_piece`]: one piece, for planners that ask for many edges;
 //! - [`command`]: `regrasp-certify path`.
 
 pub mod command;
 mod curve;
+mod held;
 mod kept_forms;
 mod model;
 mod motion_bound;
@@ -17,10 +19,11 @@ mod search;
 mod verdict;
 mod whole_path;
 
+pub use held::{AttachRequest, HeldError};
 pub use model::PathCertifier;
 pub use search::PathWorkspace;
 pub use verdict::{Obstruction, PieceVerdict};
-pub use whole_path::{CertifiedPath, PathOptions, PieceReport, certify_path};
+pub use whole_path::{CertifiedPath, PathOptions, PieceReport, certify_held_path, certify_path};
 
 /// Metres that every gap must exceed its clearance by, on top of what the second-order bound demands.
 ///

@@ -45,6 +45,11 @@ pub enum PieceVerdict {
         /// By how much.
         distance: f64,
     },
+    /// Where the holding ends, what was held is not where the path puts it from there on.
+    Released {
+        /// By how much, metres.
+        distance: f64,
+    },
     /// A form that the task keeps in the piece's mode changes.
     NotKept {
         /// Position of the form among those of the mode.

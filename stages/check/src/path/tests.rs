@@ -41,6 +41,7 @@ fn swing() -> (PathCertificateFile, Vec<InputPiece>) {
         task: None,
         clearance: 0.06,
         pairs: vec![PathPair { body_a: 0, body_b: 1, clearance: 0.06, frames: vec![frame] }],
+        attachments: Vec::new(),
         pieces: vec![CertifiedPiece {
             mode: None,
             control_points,
@@ -53,7 +54,7 @@ fn swing() -> (PathCertificateFile, Vec<InputPiece>) {
 #[test]
 fn a_swing_before_a_wall_is_proven() {
     let (certificate, pieces) = swing();
-    let verdict = verify(&scene(), &certificate, &pieces, 0.06).unwrap();
+    let verdict = verify(&scene(), &certificate, &pieces, 0.06, 0.0).unwrap();
     assert_eq!((verdict.n_pieces, verdict.n_pairs, verdict.n_intervals), (1, 1, 4));
 }
 
@@ -61,7 +62,7 @@ fn a_swing_before_a_wall_is_proven() {
 fn refused(change: impl Fn(&mut PathCertificateFile), words: &str) {
     let (mut certificate, pieces) = swing();
     change(&mut certificate);
-    let message = verify(&scene(), &certificate, &pieces, 0.0).unwrap_err().to_string();
+    let message = verify(&scene(), &certificate, &pieces, 0.0, 0.0).unwrap_err().to_string();
     assert!(message.contains(words), "{message}");
 }
 
@@ -100,9 +101,9 @@ fn damage_is_refused() {
 #[test]
 fn more_clearance_than_certified_is_refused_and_so_is_another_path() {
     let (certificate, mut pieces) = swing();
-    assert!(verify(&scene(), &certificate, &pieces, 0.07).unwrap_err().to_string().contains("0.07 m"));
+    assert!(verify(&scene(), &certificate, &pieces, 0.07, 0.0).unwrap_err().to_string().contains("0.07 m"));
     pieces[0].control_points[0][0] = -1.01;
-    assert!(verify(&scene(), &certificate, &pieces, 0.0).is_err());
+    assert!(verify(&scene(), &certificate, &pieces, 0.0, 0.0).is_err());
 }
 
 /// The clearance that can be proven lies on both sides of the least gap that the parabola allows.
@@ -112,7 +113,7 @@ fn clearance_on_both_sides_of_the_bound() {
         let (mut certificate, pieces) = swing();
         certificate.clearance = clearance;
         certificate.pairs[0].clearance = clearance;
-        verify(&scene(), &certificate, &pieces, 0.0).is_ok()
+        verify(&scene(), &certificate, &pieces, 0.0, 0.0).is_ok()
     };
     // At the middle t = 1/2 the gap is 0.1 and has slope 0; the bound there falls below by at most 4 / 16 / 32.
     assert!(proven(0.1 - 4.0 / 16.0 / 32.0));

@@ -5,6 +5,7 @@
 //! parent by at most one revolute or prismatic joint: other joint kinds are decomposed into these
 //! (thesis 2, appendix F), with links without bodies in between.
 
+mod attached;
 mod body;
 mod collision_pair;
 mod coordinate;
@@ -22,6 +23,7 @@ mod tree;
 mod urdf;
 mod xml_guard;
 
+pub use attached::{AttachError, pose_from_numbers};
 pub use body::{Body, Shape};
 pub use collision_pair::CollisionPair;
 pub use coordinate::{Coordinate, CoordinateKind};
