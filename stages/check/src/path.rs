@@ -103,7 +103,8 @@ pub struct PathVerdict {
     pub n_intervals: usize,
     /// Clearance of all pairs but those of a robot link with an object link, metres.
     pub clearance: f64,
-    /// Largest change of a kept form while its mode lasts; `None` if the certificate names no task.
+    /// Largest change of a kept form while its mode lasts; `None` if the certificate names no task, or where no piece has
+    /// a mode.
     pub kept_residual: Option<f64>,
     /// What is held, by what, on which pieces; nothing else is proven of an object's motion there.
     pub held: Vec<String>,
@@ -243,7 +244,7 @@ pub fn verify(
         n_pairs: certificate.pairs.len(),
         n_intervals,
         clearance,
-        kept_residual: task.map(|task| kept_residual(task, pieces, is_free)),
+        kept_residual: task.and_then(|task| kept_residual(task, pieces, is_free)),
         held: attachments
             .iter()
             .map(|a| format!("{} by {} on pieces {} to {}", a.object, a.gripper, a.first, a.last))
@@ -427,9 +428,10 @@ fn through(steps: &[Step], values: &Values, r: &Vec3) -> (Vec3, Interval) {
     (r, d)
 }
 
-/// Largest change of a kept form while its mode lasts, rounded up; over the pieces on which nothing is attached.
-fn kept_residual(task: &Task, pieces: &[InputPiece], is_free: impl Fn(usize) -> bool) -> f64 {
-    let mut largest: f64 = 0.0;
+/// Largest change of a kept form while its mode lasts, rounded up; over the pieces on which nothing is attached. `None`
+/// where none of them has a mode.
+fn kept_residual(task: &Task, pieces: &[InputPiece], is_free: impl Fn(usize) -> bool) -> Option<f64> {
+    let mut largest: Option<f64> = None;
     let mut began: Option<(Mode, &Vec<f64>)> = None;
     for (piece_idx, piece) in pieces.iter().enumerate() {
         let Some(mode) = piece.mode.filter(|_| is_free(piece_idx)) else {
@@ -440,15 +442,17 @@ fn kept_residual(task: &Task, pieces: &[InputPiece], is_free: impl Fn(usize) -> 
             began = piece.control_points.first().map(|q| (mode, q));
         }
         let Some((_, first)) = began else { continue };
+        let mut change: f64 = 0.0;
         let forms = match mode {
             Mode::Transit => &task.transit_keep,
             Mode::Transfer => &task.transfer_keep,
         };
         for form in forms {
             for point in &piece.control_points {
-                largest = largest.max(exact::difference(form.as_slice(), first, point));
+                change = change.max(exact::difference(form.as_slice(), first, point));
             }
         }
+        largest = Some(change.max(largest.unwrap_or(0.0)));
     }
     largest
 }

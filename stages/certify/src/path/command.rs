@@ -33,7 +33,8 @@ pub struct PathArgs {
     pub tol_kept: f64,
     /// What a gripper holds on which pieces (numbered from 0, both ends included; without LAST to the end of the path):
     /// the object's link moves rigidly with the gripper's from where piece FIRST begins, whatever the path says of its own
-    /// coordinates; no form need be kept there. Repeat for more.
+    /// coordinates; no form need be kept there. It counts against all bodies but those rigid on the gripper's link, which
+    /// are proven free where the holding begins, and those that a joint of the scene joins to it. Repeat for more.
     #[arg(long, value_name = "OBJECT_LINK=GRIPPER_LINK@FIRST..LAST")]
     pub attach: Vec<AttachRequest>,
     /// How far from where the path puts it what was held may be when it is released, metres.
