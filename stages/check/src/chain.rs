@@ -41,6 +41,16 @@ pub enum Step {
     },
 }
 
+impl Step {
+    /// Coordinate of a motion.
+    pub fn coordinate(&self) -> Option<usize> {
+        match self {
+            Step::Fixed { .. } => None,
+            Step::Turn { coordinate, .. } | Step::Slide { coordinate, .. } => Some(*coordinate),
+        }
+    }
+}
+
 /// A body seen from a frame.
 #[derive(Debug, Clone)]
 pub struct Side {
@@ -124,13 +134,7 @@ impl Side {
 
     /// Coordinates of the motions, from the frame outwards.
     pub fn coordinates(&self) -> Vec<usize> {
-        self.steps
-            .iter()
-            .filter_map(|step| match step {
-                Step::Fixed { .. } => None,
-                Step::Turn { coordinate, .. } | Step::Slide { coordinate, .. } => Some(*coordinate),
-            })
-            .collect()
+        self.steps.iter().filter_map(Step::coordinate).collect()
     }
 
     /// Leaves out the `n_dropped` motions nearest to the body, each a rotation that maps the body to itself but for a

@@ -181,6 +181,13 @@ pub type Vec3 = [Interval; 3];
 /// A 3 × 3 matrix of intervals, by rows.
 pub type Mat3 = [Vec3; 3];
 
+/// The identity.
+pub const IDENTITY: Mat3 = [
+    [Interval::ONE, Interval::ZERO, Interval::ZERO],
+    [Interval::ZERO, Interval::ONE, Interval::ZERO],
+    [Interval::ZERO, Interval::ZERO, Interval::ONE],
+];
+
 /// Inner product.
 pub fn dot(a: &Vec3, b: &Vec3) -> Interval {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]

@@ -2,8 +2,8 @@
 
 use crate::cells::{self, CellError};
 use crate::interval::Interval;
-use crate::pairs;
 use crate::sos::{self, SosError};
+use crate::{pairs, parallel};
 use ipc_types::artefact::{PairProof, Region, RegionCertificate, RowOrigin};
 use scene::{Role, Scene};
 
@@ -137,7 +137,7 @@ pub fn verify(
     let names = |a: usize, b: usize| (scene.bodies[a].name.clone(), scene.bodies[b].name.clone());
     let required = pairs::required_pairs(scene);
     let mut found = certificate.pairs.iter();
-    let mut counts = Counts::default();
+    let mut proofs = Vec::with_capacity(required.len());
     for &(a, b) in &required {
         let (name_a, name_b) = names(a, b);
         let pair = found.next().filter(|pair| (pair.body_a as usize, pair.body_b as usize) == (a, b));
@@ -150,16 +150,7 @@ pub fn verify(
         if !(pair.clearance >= asked) {
             return Err(RegionError::Clearance { region_id, name_a, name_b, found: pair.clearance, asked });
         }
-        match &pair.proof {
-            PairProof::Swept(proof) => {
-                counts.cells += cells::verify(scene, pair, proof, &certificate.rows, &lower, &upper)
-                    .map_err(|source| RegionError::Cells { region_id, name_a, name_b, source })?;
-            }
-            PairProof::SumOfSquares(proof) => {
-                counts.sos_points += sos::verify(scene, pair, proof, &certificate.rows, &lower, &upper)
-                    .map_err(|source| RegionError::SumOfSquares { region_id, name_a, name_b, source })?;
-            }
-        }
+        proofs.push(pair);
     }
     if let Some(extra) = found.next() {
         let name = |body: u32| {
@@ -171,6 +162,30 @@ pub fn verify(
             name_b: name(extra.body_b),
             problem: "not a pair of the scene",
         });
+    }
+    let weight = |idx: usize| match &proofs[idx].proof {
+        PairProof::Swept(proof) => proof.cells.len(),
+        // A programme takes about as long as this many cells.
+        PairProof::SumOfSquares(_) => 1000,
+    };
+    let verify = |idx: usize| {
+        let (pair, rows) = (proofs[idx], &certificate.rows);
+        let (name_a, name_b) = names(pair.body_a as usize, pair.body_b as usize);
+        match &pair.proof {
+            PairProof::Swept(proof) => cells::verify(scene, pair, proof, rows, &lower, &upper)
+                .map(|cells| Counts { cells, sos_points: 0 })
+                .map_err(|source| RegionError::Cells { region_id, name_a, name_b, source }),
+            PairProof::SumOfSquares(proof) => sos::verify(scene, pair, proof, rows, &lower, &upper)
+                .map(|sos_points| Counts { cells: 0, sos_points })
+                .map_err(|source| RegionError::SumOfSquares { region_id, name_a, name_b, source }),
+        }
+    };
+    let mut counts = Counts::default();
+    // The first failure in the order of the pairs is told, whichever thread found its own first.
+    for of_pair in parallel::in_order(proofs.len(), weight, verify) {
+        let of_pair = of_pair?;
+        counts.cells += of_pair.cells;
+        counts.sos_points += of_pair.sos_points;
     }
     Ok(counts)
 }
