@@ -21,7 +21,7 @@ pub fn in_order<T: Send>(
         }
     };
     std::thread::scope(|scope| {
-        (1..n_threads).for_each(|_| drop(scope.spawn(&run)));
+        (1..n_threads).for_each(|_| drop(scope.spawn(run)));
         run();
     });
     let mut done = done.into_inner().unwrap_or_else(|poisoned| poisoned.into_inner());
