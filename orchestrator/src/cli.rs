@@ -85,6 +85,10 @@ pub struct RegionsArgs {
     /// repeat for more. Without it the regions cover CS_free.
     #[arg(long, value_name = "Q0,Q1,…", allow_hyphen_values = true)]
     pub region_at: Vec<String>,
+    /// Cover CS_free and nothing else, whether or not the scene has a task: --coverage is then the share that certified
+    /// regions must cover. With one --region-at and --radius: CS_free in that box.
+    #[arg(long)]
+    pub cover: bool,
     /// With --region-at: half-width of the box, radians or metres, that each region stays in.
     #[arg(long, value_name = "R", value_parser = half_width, requires = "region_at")]
     pub radius: Option<f64>,
@@ -301,6 +305,8 @@ mod tests {
             panic!("not regions")
         };
         assert_eq!((args.region_at, args.radius), (vec!["-0.1,2".into(), "0,1".into()], Some(0.5)));
+        assert!(!args.cover);
+        assert!(Cli::try_parse_from(["regrasp", "regions", "s", "--cover"]).is_ok());
         assert!(Cli::try_parse_from(["regrasp", "regions", "s", "--radius", "0.5"]).is_err());
         assert!(Cli::try_parse_from(["regrasp", "regions", "s", "--max-grasps", "3"]).is_err());
     }

@@ -25,6 +25,7 @@ logging.getLogger("drake").setLevel(logging.WARNING)
 
 import growers
 import ours
+from kept import kept
 from plant import DrakeScene
 from regions import Judge, n_faces, read
 
@@ -34,6 +35,9 @@ SEEDS = {
     "centre shelf": (-0.000176, 0.683028, 0.000245, -1.647823, 0.000021, -0.759055, 1.570626),
     "left bin": (1.332666, 0.786593, 0.362338, -1.491653, -0.319251, 0.921732, 1.79119),
     "right bin": (-1.332462, 0.786648, -0.362656, -1.491653, 0.319534, 0.921783, 1.350209),
+    "C": (0.0, 0.2, 0.0, -2.09, 0.0, -0.3, 1.5707963267948966),
+    "L": (0.8, 0.7, 0.0, -1.6, 0.0, 0.0, 1.5707963267948966),
+    "R": (-0.8, 0.7, 0.0, -1.6, 0.0, 0.0, 1.5707963267948966),
 }
 
 
@@ -68,7 +72,7 @@ def covers(name, args, rng):
             CS_free=judge.coverage(regions, "CS_free"),
             CG_free=judge.coverage(regions, "CG_free"),
             collisions=judge.collisions(regions, args.samples_per_region),
-            load=os.getloadavg()[0],
+            load=cost.load,
         )
         rows.append(line)
         note(json.dumps(line))
@@ -82,11 +86,11 @@ def covers(name, args, rng):
         row("regrasp, candidates", grown, read(candidates))
         with ours.Cost() as certified:
             proven = ours.certify(scene.folder, out, "--workers", args.threads)
-        certified.wall, certified.cpu = certified.wall + grown.wall, certified.cpu + grown.cpu
-        row("regrasp, certified", certified, read(proven))
+        row("regrasp, certified", certified.after(grown), read(proven))
     for method in args.methods:
-        with ours.Cost() as cost:
-            regions = growers.cover(scene, method, args.coverage, args.margin, args.threads, args.seed)
+        what = dict(scene=name, method=method, coverage=args.coverage, margin=args.margin)
+        grow = lambda: growers.cover(scene, method, args.coverage, args.margin, args.threads, args.seed)
+        cost, regions = kept(args.keep, what | conditions(args, scene), grow)
         row(f"Drake, {method}", cost, regions)
     table(f"{name}, coverage {args.coverage}", rows)
 
@@ -95,7 +99,7 @@ def singles(args, rng):
     """Single regions of the arm around the seeds of its scene."""
     scene = DrakeScene(ours.PROJECT / "scenes" / "iiwa14-shelf")
     agreement(scene, rng)
-    judge = Judge(scene, 1, rng)
+    judge = Judge(scene, args.samples, rng)
     rows = []
     for seed_name in args.arm_seeds:
         q = np.array(SEEDS[seed_name])
@@ -108,24 +112,40 @@ def singles(args, rng):
                 cpu=cost.cpu,
                 faces=n_faces([region]),
                 mean_half_axis=growers.mean_half_axis(region),
+                CS_free=judge.coverage([region], "CS_free"),
                 collisions=judge.collisions([region], args.samples_per_region * 10),
-                load=os.getloadavg()[0],
+                load=cost.load,
             )
             rows.append(line)
             note(json.dumps(line))
 
-        with tempfile.TemporaryDirectory() as folder:
-            out, at = Path(folder), ",".join(map(repr, map(float, q)))
-            with ours.Cost() as grown:
-                file = ours.decompose(
-                    scene.folder, out, "--region-at", at, "--epsilon", 0.01, "--delta", 0.05, "--seed", args.seed
-                )
-            row("regrasp, iris-zo", grown, read(file)[0])
+        for method in args.our_arm_methods:
+            with tempfile.TemporaryDirectory() as folder:
+                out, at = Path(folder), ",".join(map(repr, map(float, q)))
+                test = ("--epsilon", 0.01, "--delta", 0.05, "--threads", args.threads, "--seed", args.seed)
+                box = ("--domain-radius", args.arm_radius)
+                with ours.Cost() as grown:
+                    file = ours.decompose(scene.folder, out, "--method", method, "--region-at", at, *test, *box)
+                row(f"regrasp, {method}", grown, read(file)[0])
+                if args.certify_arm:
+                    with ours.Cost() as certified:
+                        proven = ours.certify(scene.folder, out, "--workers", args.threads)
+                    for region in read(proven):
+                        row(f"regrasp, {method}, certified", certified.after(grown), region)
         for method in args.arm_methods:
-            with ours.Cost() as cost:
-                region = growers.single(scene, method, q, args.arm_margin, args.threads, args.seed)
-            row(f"Drake, {method}", cost, region)
-    table("iiwa14-shelf, single regions at (0.01, 0.05)", rows)
+            what = dict(scene=scene.folder.name, method=method, margin=args.arm_margin, radius=args.arm_radius, q=list(q))
+            grow = lambda: [
+                growers.single(scene, method, q, args.arm_radius, args.arm_margin, args.threads, args.seed)
+            ]
+            cost, regions = kept(args.keep, what | conditions(args, scene), grow)
+            row(f"Drake, {method}", cost, regions[0])
+    radius = f", within ±{args.arm_radius} rad" if args.arm_radius else ""
+    table(f"iiwa14-shelf, single regions at (0.01, 0.05){radius}", rows)
+
+
+def conditions(args, scene):
+    """What else Drake's regions depend on."""
+    return dict(threads=args.threads, seed=args.seed, drake=version("drake"), files=ours.digest(scene.folder))
 
 
 def note(text):
@@ -145,7 +165,11 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--scenes", nargs="*", default=["bottle-cap-3dof", "bottle-cap-4dof", "iiwa14-shelf"])
     parser.add_argument("--methods", nargs="*", default=list(growers.METHODS), help="of Drake's covers")
-    parser.add_argument("--arm-methods", nargs="*", default=["iris-np2", "iris-zo"], help="of Drake's single regions")
+    parser.add_argument("--arm-methods", nargs="*", default=list(growers.METHODS), help="of Drake's single regions")
+    parser.add_argument("--our-arm-methods", nargs="*", default=["iris-zo", "iris-np2"], help="of our single regions")
+    parser.add_argument("--certify-arm", action="store_true", help="certify our single regions as well")
+    parser.add_argument("--arm-radius", type=float, default=0.0, help="half-width of the box of single regions; 0: none")
+    parser.add_argument("--keep", type=Path, help="folder: what Drake grows is kept there, and read in the next run")
     parser.add_argument("--arm-seeds", nargs="*", default=list(SEEDS))
     parser.add_argument("--coverage", type=float, default=0.99)
     parser.add_argument("--margin", type=float, default=1e-4, help="Drake's configuration-space margin of covers")

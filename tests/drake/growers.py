@@ -47,13 +47,17 @@ def cover(scene, method, coverage, margin, threads, seed):
     return [in_order(scene, region) for region in regions]
 
 
-def single(scene, method, q, margin, threads, seed):
-    """A region around `q`, by up to three iterations."""
+def single(scene, method, q, radius, margin, threads, seed):
+    """A region around `q`, by up to three iterations, within `radius` of it in each coordinate if that is positive."""
     q = scene.to_drake(q[None])[0]
     plant = scene.checker.plant()
-    limits = HPolyhedron.MakeBox(plant.GetPositionLowerLimits(), plant.GetPositionUpperLimits())
+    lower, upper = plant.GetPositionLowerLimits(), plant.GetPositionUpperLimits()
+    if radius > 0:
+        lower, upper = np.maximum(lower, q - radius), np.minimum(upper, q + radius)
+    limits = HPolyhedron.MakeBox(lower, upper)
     made = options(method, margin, threads, seed, 3)
     if method == "iris-np":
+        made.bounding_region = limits
         context = scene.checker.plant_context()
         plant.SetPositions(context, q)
         return in_order(scene, IrisNp(plant, context, made))

@@ -1,5 +1,6 @@
 """The stages of this project as processes, with what they cost."""
 
+import hashlib
 import os
 import resource
 import subprocess
@@ -11,14 +12,21 @@ PROGRAMS = Path(os.environ.get("REGRASP_PROGRAMS", PROJECT / "target" / "release
 
 
 class Cost:
-    """Wall and CPU seconds of a block, its children included."""
+    """Wall and CPU seconds (user and system) of a block, its children included; load of the machine at its end."""
+
+    def __init__(self, wall=0.0, cpu=0.0, load=0.0):
+        self.wall, self.cpu, self.load = wall, cpu, load
+
+    def after(self, first):
+        """The cost of `first` and then this."""
+        return Cost(first.wall + self.wall, first.cpu + self.cpu, self.load)
 
     def __enter__(self):
         self._wall, self._cpu = time.perf_counter(), cpu()
         return self
 
     def __exit__(self, *_):
-        self.wall, self.cpu = time.perf_counter() - self._wall, cpu() - self._cpu
+        self.wall, self.cpu, self.load = time.perf_counter() - self._wall, cpu() - self._cpu, os.getloadavg()[0]
 
 
 def cpu():
@@ -41,6 +49,12 @@ def decompose(scene, out, *options):
 def certify(scene, out, *options):
     run("regrasp-certify", "run", "--scene", scene, "--in", out, "--out", out / "certify", *options)
     return out / "certify" / "regions.json"
+
+
+def digest(scene):
+    """Digest of the files of a scene."""
+    files = sorted(path for path in scene.iterdir() if path.is_file())
+    return hashlib.sha256(b"".join(path.name.encode() + path.read_bytes() for path in files)).hexdigest()[:16]
 
 
 def verdicts(scene, configurations):

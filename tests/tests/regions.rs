@@ -69,6 +69,24 @@ fn regions_of_a_scene_without_a_task_are_certified_and_checked() {
     assert!(refused.stderr.contains("asked is regions, but there is gcs/"), "{}", refused.stderr);
 }
 
+/// The task of the scene is nobody's business then, and what certification takes is grown again.
+#[test]
+fn a_cover_is_certified_to_the_share_that_was_asked_for() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let out = folder.path().join("run");
+    regions("bottle-cap-4dof", &out, &["--cover", "--coverage", "0.9"]).expect_code(0);
+    check(&out).expect_code(0);
+    let status: Value = json(&out, "decompose/status.json");
+    let low = status["details"]["certified_CS_free"][1].as_f64();
+    assert!(low.is_some_and(|low| low >= 0.9), "{status}");
+    let file: RegionsFile = json(&out, "decompose/regions.json");
+    let coverage = file.coverage.expect("a coverage");
+    assert!(coverage.grasp.is_none() && coverage.placement.is_none(), "no task is asked after");
+    let refused =
+        regions("bottle-cap-4dof", &folder.path().join("two"), &["--cover", "--region-at", "0,0,0,0.05"]);
+    assert!(refused.expect_code(2).stderr.contains("domain-radius"));
+}
+
 #[test]
 fn workers_make_no_difference_and_a_plan_still_needs_a_task() {
     let folder = tempfile::tempdir().expect("a folder");

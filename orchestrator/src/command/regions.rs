@@ -10,6 +10,9 @@ use ipc_types::stage_name::StageName;
 /// Decomposes, certifies, records, reports.
 pub fn regions(args: &RegionsArgs) -> Result<ExitCode, Failure> {
     let mut options = StageOptions::default();
+    if args.cover {
+        options.insert(StageName::Decompose, "cover", true.to_string());
+    }
     if !args.region_at.is_empty() {
         options.insert(StageName::Decompose, "region_at", args.region_at.join(";"));
     }

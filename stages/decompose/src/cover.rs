@@ -87,9 +87,13 @@ pub struct Decomposition {
 }
 
 /// Rounds without gain after which a set is left.
-const MAX_STALLED: usize = 2;
+const MAX_STALLED: usize = 3;
+/// A region must add one in so many of the uncovered samples; after a round without gain, half of that.
+const LEAST_GAIN: usize = 25;
 /// Cliques that are grown in one round.
 const MAX_CLIQUES: usize = 12;
+/// Of what a cover may leave out, the share that its candidates may leave out: certification cuts the rest away.
+const HEADROOM: f64 = 0.7;
 /// A certified share has to rise by this for one more round.
 const LEAST_RISE: f64 = 5e-4;
 
@@ -153,6 +157,8 @@ struct Cover<'a, S> {
     /// Samples of a visibility graph, and cliques of it that are grown.
     n_visible: usize,
     max_cliques: usize,
+    /// Of what may stay uncovered after certification, the share that may stay uncovered before it.
+    headroom: f64,
     streams: Streams,
     regions: Vec<Region>,
     /// The first ones, which others know already.
@@ -212,6 +218,7 @@ impl<'a, S: Sink> Cover<'a, S> {
             growing: Growing { growth: Growth::new(options), threads: options.threads, is_stopped },
             n_visible: options.visibility_samples,
             max_cliques: MAX_CLIQUES,
+            headroom: if options.cover { HEADROOM } else { 1.0 },
             streams: Streams::new(seed),
             regions: Vec::new(),
             n_handed_over: 0,
@@ -363,11 +370,18 @@ impl<'a, S: Sink> Cover<'a, S> {
             (TargetKind::Grasp | TargetKind::GraspPlacement, true) => {
                 self.options.certified_grasp_coverage.min(self.options.grasp_coverage)
             }
+            (TargetKind::Total | TargetKind::Placement, _) if self.options.cover => self.options.coverage,
             (TargetKind::Total | TargetKind::Placement, false) => self.options.coverage,
             (TargetKind::Total | TargetKind::Placement, true) => {
                 self.options.certified_coverage.min(self.options.coverage)
             }
         }
+    }
+
+    /// The share of a set at which growth aims.
+    fn aim(&self, kind: TargetKind, after_certification: bool) -> f64 {
+        let wanted = self.wanted(kind, after_certification);
+        1.0 - self.headroom * (1.0 - wanted)
     }
 
     /// The share of the longest chord that is to be covered.
@@ -407,19 +421,20 @@ impl<'a, S: Sink> Cover<'a, S> {
                     samples.free.iter().filter(|q| !covered(&self.covering, q)).cloned().collect();
                 let estimate = wilson_interval(samples.free.len() - uncovered.len(), samples.free.len());
                 self.sink.progress(self.regions.len(), estimate.value, target.kind.name());
-                if estimate.low >= self.wanted(target.kind, after_certification) {
+                if estimate.low >= self.aim(target.kind, after_certification) {
                     continue;
                 }
                 all_met = false;
                 // Half of what may stay uncovered: the next round's samples are not these.
-                let may_stay = 0.5 * (1.0 - self.wanted(target.kind, after_certification));
+                let may_stay = 0.5 * (1.0 - self.aim(target.kind, after_certification));
                 let enough = (may_stay * samples.free.len() as f64) as usize;
                 // Alternation has led away from what is left: without it regions stay where they are seeded.
                 let alternating = self.growing.growth.max_iterations;
                 if n_stalled[target_idx] > 0 {
                     self.growing.growth.max_iterations = 1;
                 }
-                let gained = self.grow_where_uncovered(target.kind, &domain, &uncovered, enough);
+                let least_gain = (uncovered.len() / LEAST_GAIN) >> n_stalled[target_idx];
+                let gained = self.grow_where_uncovered(target.kind, &domain, &uncovered, least_gain, enough);
                 self.growing.growth.max_iterations = alternating;
                 n_stalled[target_idx] = if gained { 0 } else { n_stalled[target_idx] + 1 };
             }
@@ -430,12 +445,14 @@ impl<'a, S: Sink> Cover<'a, S> {
         None
     }
 
-    /// One clique cover of uncovered samples, until `enough` or fewer of them are left; whether a region was added.
+    /// One clique cover of uncovered samples, until `enough` or fewer of them are left or no region adds `least_gain`;
+    /// whether one was added.
     fn grow_where_uncovered(
         &mut self,
         kind: TargetKind,
         domain: &Domain<'a>,
         uncovered: &[Vec<f64>],
+        least_gain: usize,
         enough: usize,
     ) -> bool {
         let points: Vec<DVector<f64>> =
@@ -457,6 +474,6 @@ impl<'a, S: Sink> Cover<'a, S> {
                 jobs.push(GrowthJob { domain, seed, method: "iris-zo" });
             }
         }
-        self.grow_and_select(&jobs, uncovered, uncovered.len() / 25, enough)
+        self.grow_and_select(&jobs, uncovered, least_gain, enough)
     }
 }

@@ -13,6 +13,10 @@ pub struct Options {
     /// How regions grow.
     #[arg(long, value_enum, default_value_t = Method::IrisZo)]
     pub method: Method,
+    /// Cover CS_free and nothing else, whether or not the scene has a task: `--coverage` is then the share that certified
+    /// regions must cover. With --region-at and --domain-radius: CS_free in the box around that one configuration.
+    #[arg(long, num_args = 0..=1, default_value_t = false, default_missing_value = "true", action = clap::ArgAction::Set)]
+    pub cover: bool,
     /// Share of CS_free and of CP_free to cover; the lower end of the 95 % interval must reach it.
     #[arg(long, default_value_t = 0.99)]
     pub coverage: f64,
@@ -96,6 +100,7 @@ impl Default for Options {
     fn default() -> Self {
         Self {
             method: Method::IrisZo,
+            cover: false,
             coverage: 0.99,
             grasp_coverage: 0.99,
             chord_coverage: 0.998,
@@ -178,6 +183,11 @@ mod tests {
         let parsed = Options::from_arg_matches(&command.get_matches_from(["regrasp-decompose"])).unwrap();
         assert_eq!(parsed, Options::default());
         assert_eq!(parsed.check(), Ok(()));
+        for words in [["--cover"].as_slice(), &["--cover", "true"], &["--cover", "--max-rounds", "3"]] {
+            let words = ["regrasp-decompose"].iter().chain(words);
+            let command = Options::augment_args(clap::Command::new("regrasp-decompose"));
+            assert!(Options::from_arg_matches(&command.get_matches_from(words)).unwrap().cover);
+        }
     }
 
     #[test]

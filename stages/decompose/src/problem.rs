@@ -112,6 +112,22 @@ pub enum ProblemError {
 }
 
 impl Problem<'_> {
+    /// The same space without a task: CS_free is all that there is to cover.
+    #[must_use]
+    pub fn without_task(self) -> Self {
+        Self { grasp: None, placement: None, transfer_keep: None, anchors: Vec::new(), ..self }
+    }
+
+    /// The part of it within `radius` of `q` in every coordinate that collisions depend on; others keep their range.
+    #[must_use]
+    pub fn within(mut self, q: &DVector<f64>, radius: f64) -> Self {
+        for j in (0..q.len()).filter(|&j| self.relevant[j]) {
+            self.limits.lower[j] = self.limits.lower[j].max(q[j] - radius);
+            self.limits.upper[j] = self.limits.upper[j].min(q[j] + radius);
+        }
+        self
+    }
+
     /// Whether dimensions agree and all anchors are free and inside the limits.
     pub fn check(&self) -> Result<(), ProblemError> {
         let n = self.limits.lower.len();

@@ -26,11 +26,13 @@ impl Stage for DecomposeStage {
         let task = job.task.as_ref();
         let checker = CollisionChecker::with_clearances(&job.scene, |pair| job.required_clearance(pair));
         options.check().map_err(StageError::bad_input)?;
-        let problem = problem_of_scene(&job.scene, task, &checker);
+        let mut problem = problem_of_scene(&job.scene, task, &checker);
         let named = |j: usize| job.scene.coordinates[j].name.clone();
         options.method.check(&problem, &named).map_err(StageError::bad_input)?;
         let stop = host.stop_flag();
-        if !options.region_at.is_empty() || !options.region_along.is_empty() {
+        if options.cover {
+            problem = space_to_cover(job, options, &checker, problem)?;
+        } else if !options.region_at.is_empty() || !options.region_along.is_empty() {
             return single_regions(job, options, &checker, problem, host);
         }
         let field = task.map_or_else(String::new, |task| format!("task.{}", task.name));
@@ -81,6 +83,31 @@ fn outcome(found: &Decomposition) -> Result<Outcome, StageError> {
         }
         Ending::Stopped => Err(StageError::Stopped),
     }
+}
+
+/// What `--cover` asks for: the space without the task, or the part of it in a box around one free configuration.
+fn space_to_cover<'a>(
+    job: &Job,
+    options: &Options,
+    checker: &CollisionChecker,
+    problem: Problem<'a>,
+) -> Result<Problem<'a>, StageError> {
+    let problem = problem.without_task();
+    let (text, radius) = match options.region_at.as_slice() {
+        _ if !options.region_along.is_empty() => {
+            return Err(StageError::bad_input("options cover and region-along: give one of them"));
+        }
+        [] => return Ok(problem),
+        [text] if options.domain_radius > 0.0 => (text, options.domain_radius),
+        _ => {
+            let expected = "one region-at with a positive domain-radius, or none";
+            return Err(StageError::bad_input(format!("option cover: expected {expected}")));
+        }
+    };
+    let q = parse_configuration(text, job.scene.dim()).map_err(StageError::bad_input)?;
+    let middle = Problem { anchors: vec![Anchor { name: text.clone(), q: q.clone() }], ..problem.clone() };
+    middle.check().map_err(|error| bad_anchor(&job.scene, checker, &middle, &error, "--region-at"))?;
+    Ok(problem.within(&q, radius))
 }
 
 /// The regions of `--region-at` or `--region-along`.

@@ -62,6 +62,7 @@ pub fn extend<S: Sink>(
     };
     let mut cover = Cover::new(problem, &options, seed, &coordinates, sink, is_stopped);
     cover.max_cliques = MAX_CLIQUES;
+    cover.headroom = 1.0;
     let kept = cover.take_over(earlier);
     let ending = cover.run()?;
     Ok((cover.finish(ending)?, kept))

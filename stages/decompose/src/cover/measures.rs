@@ -28,7 +28,9 @@ impl<S: Sink> Cover<'_, S> {
         for target_idx in 0..self.targets.len() {
             let kind = self.targets[target_idx].0.kind;
             if let Some(estimate) = self.estimate(kind) {
-                miss(kind.name(), estimate.value, self.wanted(kind, after_certification));
+                // What a cover is asked for is a share that it has, not one that it may have.
+                let share = if self.options.cover { estimate.low } else { estimate.value };
+                miss(kind.name(), share, self.wanted(kind, after_certification));
                 estimates.push((kind, estimate));
             }
         }

@@ -147,7 +147,7 @@ impl<S: Sink> Cover<'_, S> {
             let target = self.targets[target_idx].0.clone();
             let n_free = self.options.coverage_samples;
             let samples = target.sample_free(self.problem.free, n_free, &mut self.streams.take()).free;
-            tallies.push(Tally::new(&self.covering, &samples, self.wanted(target.kind, after_certification)));
+            tallies.push(Tally::new(&self.covering, &samples, self.aim(target.kind, after_certification)));
         }
         tallies
     }
