@@ -4,9 +4,9 @@
 //! that ends early, or goes on after its end, is refused.
 
 use crate::chain::Side;
-use crate::interval::{Interval, Vec3};
+use crate::interval::{self, Interval};
 use crate::net::Net;
-use crate::swept::{self, Extent};
+use crate::swept::Extent;
 use ipc_types::artefact::{Cell, FrameChoice, PairCertificate, SweptProof, SweptRow};
 use scene::Scene;
 
@@ -92,7 +92,7 @@ pub enum CellError {
 }
 
 struct Frame {
-    sides: [Side; 2],
+    nets: [Net; 2],
     /// Coordinates that may carry a row.
     coordinates: Vec<usize>,
 }
@@ -108,13 +108,8 @@ pub fn verify(
     lower: &[f64],
     upper: &[f64],
 ) -> Result<usize, CellError> {
-    let frames: Vec<Option<Frame>> =
+    let mut frames: Vec<Option<Frame>> =
         proof.frames.iter().map(|choice| build_frame(scene, pair, choice)).collect();
-    let shapes = [pair.body_a, pair.body_b].map(|body| &scene.bodies[body as usize].shape);
-    let mut nets: Vec<Option<[Net<'_>; 2]>> = frames
-        .iter()
-        .map(|frame| frame.as_ref().map(|frame| [0, 1].map(|i| Net::new(&frame.sides[i], shapes[i]))))
-        .collect();
     let mut open = vec![(lower.to_vec(), upper.to_vec())];
     for (cell_idx, cell) in proof.cells.iter().enumerate() {
         let Some((lower, upper)) = open.pop() else {
@@ -143,8 +138,8 @@ pub fn verify(
             Cell::Separated { frame, normal, g, multipliers } => {
                 let frame_idx = usize::from(*frame);
                 let frame = frames
-                    .get(frame_idx)
-                    .and_then(Option::as_ref)
+                    .get_mut(frame_idx)
+                    .and_then(Option::as_mut)
                     .ok_or(CellError::Frame { cell_idx, frame: frame_idx })?;
                 let extent = Extent::new(&lower, &upper);
                 let mut g_full = vec![0.0; lower.len()];
@@ -161,23 +156,14 @@ pub fn verify(
                 } else {
                     row_bound(cell_idx, &g_full, multipliers, rows, &lower, &upper, &extent)?
                 };
-                let n: Vec3 = normal.map(Interval::point);
-                let needed = crate::interval::norm(&n) * Interval::point(pair.clearance);
-                let exceeds = |kappa: f64| {
-                    let gap = (Interval::point(kappa) + Interval::point(bound)).lo();
-                    if gap > needed.hi().max(0.0) { Ok(()) } else { Err(gap) }
-                };
-                // Plain doubles tell nearly always; intervals know a little more.
-                let fast = nets[frame_idx].as_mut().and_then(|[net_a, net_b]| {
-                    let minus_n = normal.map(|x| -x);
-                    let a = net_a.least(&lower, &upper, *normal, &g_full)?;
-                    Some((a + net_b.least(&lower, &upper, minus_n, &g_full)?).lo())
-                });
-                if fast.is_none_or(|kappa| exceeds(kappa).is_err()) {
-                    let sides = [0, 1].map(|i| (&frame.sides[i], shapes[i]));
-                    exceeds(swept::kappa(sides, &extent, &n, &g_full)).map_err(|gap| {
-                        CellError::NotSeparated { cell_idx, gap, clearance: pair.clearance }
-                    })?;
+                let needed = interval::norm(&normal.map(Interval::point)) * Interval::point(pair.clearance);
+                let minus_n = normal.map(|x| -x);
+                let a = frame.nets[0].least(&lower, &upper, *normal, &g_full);
+                let b = frame.nets[1].least(&lower, &upper, minus_n, &g_full);
+                let kappa = a.zip(b).map_or(f64::NEG_INFINITY, |(a, b)| (a + b).lo());
+                let gap = (Interval::point(kappa) + Interval::point(bound)).lo();
+                if !(gap > needed.hi().max(0.0)) {
+                    return Err(CellError::NotSeparated { cell_idx, gap, clearance: pair.clearance });
                 }
             }
         }
@@ -203,7 +189,9 @@ fn build_frame(scene: &Scene, pair: &PairCertificate, choice: &FrameChoice) -> O
     if a.iter().any(|coordinate| b.contains(coordinate)) {
         return None;
     }
-    Some(Frame { coordinates: a.into_iter().chain(b).collect(), sides })
+    let net = |side: &Side, body: u32| Net::new(side, &scene.bodies[body as usize].shape);
+    let nets = [net(&sides[0], pair.body_a), net(&sides[1], pair.body_b)];
+    Some(Frame { coordinates: a.into_iter().chain(b).collect(), nets })
 }
 
 /// Lower bound of `g·δ + Σ μ_r (a_r·q − b_r)` over the box.

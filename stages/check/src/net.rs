@@ -167,55 +167,64 @@ impl Affine {
 }
 
 /// One side of a pair: what its factors are made of, and those that have been made.
-pub struct Net<'a> {
+pub struct Net {
     /// Joint (none in front of the first one's) and the transform behind it.
-    parts: Vec<(Option<&'a Step>, Mat3, Vec3)>,
+    parts: Vec<(Option<Step>, Mat3, Vec3)>,
     made: Vec<HashMap<[u64; 2], Option<Rc<Factor>>>>,
     /// Those of the present cell, each with its coordinate.
     factors: Vec<(Rc<Factor>, Option<usize>)>,
-    shape: &'a Shape,
+    shape: Shape,
     extent: f64,
     /// Upper bound of the radius around the core.
     radius: Interval,
     rows: [Rows; 2],
 }
 
-/// Most values of a net; longer chains are left to the evaluation in intervals, which needs no room.
-const MAX_VALUES: usize = 1_594_323;
+/// Most values of a net: 15 joints that turn on one side of a frame.
+const MAX_VALUES: usize = 14_348_907;
 
-impl<'a> Net<'a> {
+impl Net {
     /// For `shape` at the end of `side`.
-    pub fn new(side: &'a Side, shape: &'a Shape) -> Self {
+    pub fn new(side: &Side, shape: &Shape) -> Self {
         let nothing = [Interval::ZERO; 3];
         let mut parts = vec![(None, IDENTITY, nothing)];
         for step in &side.steps {
             match (step, parts.last_mut()) {
                 // Neighbouring transforms are one already, so this is the first behind its joint.
                 (Step::Fixed { R, p }, Some(last)) => (last.1, last.2) = (*R, *p),
-                _ => parts.push((Some(step), IDENTITY, nothing)),
+                _ => parts.push((Some(step.clone()), IDENTITY, nothing)),
             }
         }
         let made = vec![HashMap::new(); parts.len()];
         let radius = Interval::point(body::rounding_radius(shape)) + Interval::point(side.inflation);
         let extent = body::core_extent(shape);
-        Self { parts, made, factors: Vec::new(), shape, extent, radius, rows: Default::default() }
+        Self {
+            parts,
+            made,
+            factors: Vec::new(),
+            shape: shape.clone(),
+            extent,
+            radius,
+            rows: Default::default(),
+        }
     }
 
     /// Makes the factors on the cell [lower, upper], or finds them; `None` if an angle is too wide.
     fn take_factors(&mut self, lower: &[f64], upper: &[f64]) -> Option<()> {
         self.factors.clear();
         for ((motion, R, p), made) in self.parts.iter().zip(&mut self.made) {
-            let coordinate = motion.and_then(Step::coordinate);
+            let coordinate = motion.as_ref().and_then(Step::coordinate);
             let [low, high] = coordinate.map_or([0.0; 2], |j| [lower[j], upper[j]]);
             let factor = made
                 .entry([low.to_bits(), high.to_bits()])
-                .or_insert_with(|| Factor::new(*motion, R, p, low, high).map(Rc::new));
+                .or_insert_with(|| Factor::new(motion.as_ref(), R, p, low, high).map(Rc::new));
             self.factors.push((factor.clone()?, coordinate));
         }
         Some(())
     }
 
-    /// Lower bound of `n·x − g·δ` over the body, radius included, and the cell. `None` where plain doubles can not tell.
+    /// Lower bound of `n·x − g·δ` over the body, radius included, and the cell. `None` where an angle
+    /// is too wide, or the bound of rounding says nothing.
     pub fn least(&mut self, lower: &[f64], upper: &[f64], n: [f64; 3], g: &[f64]) -> Option<Interval> {
         let (value, bound) = self.core_least(lower, upper, n, g)?;
         let mut least = Interval::point(value) - Interval::point(bound);
@@ -271,7 +280,7 @@ impl<'a> Net<'a> {
         let values = &mut children.d;
         let mut least = f64::INFINITY;
         for (map, c) in last.0.with_offsets(g_of(&last.1)) {
-            least = least.min(match self.shape {
+            least = least.min(match &self.shape {
                 Shape::Sphere { .. } => parents.least(map, c, values, |_| 0.0),
                 Shape::Capsule { half_length: l, .. } => parents.least(map, c, values, |r| l * r[2].abs()),
                 Shape::Box { half_extents: e } => {
