@@ -132,4 +132,48 @@ pub enum Cell {
         /// L = min over the cell, other coordinates within their joint limits, of g·δ + Σ μ_r (a_r·q − b_r).
         multipliers: Vec<(u32, f64)>,
     },
+    /// The bodies are apart on all of the cell ∩ region, by the series of second to fourth order of each corner of the
+    /// body that moves, seen from the link of the other one.
+    ///
+    /// With r the normal, signed so that f(q) = r·x(q) + const is the gap of corner x along it, σ_i = δ_i / h_i in
+    /// [-1, 1], Ĥ_ij = h_i h_j ∂_i ∂_j f(m), C the third order in products of three different σ, g the gradient and what
+    /// the rest of the third order adds to it, T a bound of what that leaves and of the fourth order:
+    ///
+    /// ```text
+    /// f(q) ≥ f(m) + g·δ + ½ σᵀ Ĥ σ + C(σ) − T
+    ///      ≥ f(m) + g·δ + σᵀ (Ĥ + N) τ − ½ τᵀ (Ĥ + N) τ − ½ σᵀ N σ + C(σ) − T
+    /// ```
+    ///
+    /// for any τ and any N with Ĥ + N positive semidefinite: the first is convex and above its tangent at τ. With
+    /// multipliers μ as in `Separated` Σ μ_r (a_r·q − b_r) is added, which is at most 0 on the region. What remains is
+    /// concave in each σ_i, so its least value over the cell is at a corner of it. A verifier recomputes all of this and
+    /// demands more than the clearance for each corner of the body.
+    Corners {
+        /// Position in `SweptProof::frames`; it is the link of the body that rests.
+        frame: u16,
+        /// As in `Separated`.
+        normal: [f64; 3],
+        /// Corners that need multipliers or a tangent, by their numbers.
+        near: Vec<NearCorner>,
+        /// Multipliers as in `Separated`, those of the first of `near` first.
+        multipliers: Vec<(u32, f64)>,
+    },
 }
+
+/// A corner that comes near the plane of a cell.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct NearCorner {
+    /// Number of the corner. Of a box: bit 0 set for +x, bit 1 for +y, bit 2 for +z. Of a capsule: 0 for +z, 1 for −z.
+    pub corner: u8,
+    /// How many of the cell's multipliers are this corner's.
+    pub n_multipliers: u16,
+    /// τ by the joints from the frame outwards; empty: ½ σᵀ Ĥ σ + C(σ) is bounded by the sizes of its coefficients.
+    pub tangent: Vec<f32>,
+    /// Vectors w by the joints, one after the other: N = Σ w wᵀ + ε 1, ε = [`CONCAVE_ABSOLUTE`] + [`CONCAVE_SHARE`] Σ |w|².
+    pub concave: Vec<f32>,
+}
+
+/// Of N in [`NearCorner`], metres: leaves room for rounding.
+pub const CONCAVE_ABSOLUTE: f64 = 1e-9;
+/// Of N in [`NearCorner`]: leaves room for the rounding of the vectors.
+pub const CONCAVE_SHARE: f64 = 1e-6;

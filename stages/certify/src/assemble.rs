@@ -180,7 +180,9 @@ fn faces(rows: &Rows, n_base: usize, limits: &CellBox, is_used: &[bool]) -> (Vec
 pub fn multipliers(cell: &Cell) -> &[(u32, f64)] {
     match cell {
         Cell::Split { .. } => &[],
-        Cell::Empty { multipliers } | Cell::Separated { multipliers, .. } => multipliers,
+        Cell::Empty { multipliers }
+        | Cell::Separated { multipliers, .. }
+        | Cell::Corners { multipliers, .. } => multipliers,
     }
 }
 
@@ -188,6 +190,8 @@ pub fn multipliers(cell: &Cell) -> &[(u32, f64)] {
 pub fn multipliers_mut(cell: &mut Cell) -> &mut [(u32, f64)] {
     match cell {
         Cell::Split { .. } => &mut [],
-        Cell::Empty { multipliers } | Cell::Separated { multipliers, .. } => multipliers,
+        Cell::Empty { multipliers }
+        | Cell::Separated { multipliers, .. }
+        | Cell::Corners { multipliers, .. } => multipliers,
     }
 }

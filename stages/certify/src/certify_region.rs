@@ -140,11 +140,17 @@ impl Shared {
         models: &[&PairModel],
         region: &RegionData<'_>,
         guide: &dyn Fn() -> Guide,
-        max_loss: f64,
+        options: &CertifyOptions,
     ) {
         let left = self.guide.get_or_insert_with(guide);
         let may_cut = |a: &[f64], b: f64| keeps(region, a, b);
-        let task = CleanUp { limits: region.limits, center: region.center, may_cut: &may_cut, max_loss };
+        let task = CleanUp {
+            limits: region.limits,
+            center: region.center,
+            may_cut: &may_cut,
+            max_loss: options.max_clean_up_loss,
+            room: options.room,
+        };
         clean_up(models, &mut self.rows, left, &task);
     }
 }
@@ -227,8 +233,11 @@ impl Certifier {
         let bounds = coordinate_bounds(&rows, &self.limits);
         // In more dimensions more of a region lies beside its faces, where cuts are made: more samples, smaller cuts.
         let scale = self.limits.lower.len().saturating_sub(3).max(1);
-        let options =
-            CertifyOptions { max_cut_loss: self.options.max_cut_loss / scale as f64, ..self.options.clone() };
+        let options = CertifyOptions {
+            max_cut_loss: self.options.max_cut_loss / scale as f64,
+            cells_per_doubling: self.options.cells_per_doubling * (scale * scale) as u64,
+            ..self.options.clone()
+        };
         let n_samples = if options.cuts_allowed() { options.guide_samples * scale } else { 0 };
         // Regions that need no cut need no samples.
         let samples: OnceLock<Guide> = OnceLock::new();
@@ -290,7 +299,15 @@ impl Certifier {
         let hard: Vec<usize> = (0..self.pairs.len()).filter(|&idx| proofs[idx].is_none()).collect();
         if !hard.is_empty() && self.options.cuts_allowed() {
             let models: Vec<&PairModel> = hard.iter().map(|&idx| &self.pairs[idx]).collect();
-            shared.clean_up(&models, &region, &guide, self.options.max_clean_up_loss);
+            let t = std::time::Instant::now();
+            shared.clean_up(&models, &region, &guide, &self.options);
+            eprintln!(
+                "TRACE hard {} cleaned: rows {} kept {:.4} {:.2?}",
+                hard.len(),
+                shared.rows.active().len(),
+                shared.guide.as_ref().map_or(1.0, Guide::kept),
+                t.elapsed()
+            );
         }
         for chunk in hard.chunks(N_LANES) {
             let base = shared.rows.clone();
@@ -316,6 +333,16 @@ impl Certifier {
                 if !proof.proof.cuts.is_empty() {
                     shared.join(&mut proof, &guide);
                 }
+                eprintln!(
+                    "TRACE pair {:?} {} {}: tried {} cells {} cuts {} kept {:.4}",
+                    self.pairs[idx].pair,
+                    self.pairs[idx].pair.body_a,
+                    self.pairs[idx].pair.body_b,
+                    proof.proof.n_tried,
+                    proof.proof.cells.len(),
+                    proof.proof.cuts.len(),
+                    shared.guide.as_ref().map_or(1.0, Guide::kept)
+                );
                 proofs[idx] = Some(proof);
             }
             shared.rows.prune(&mut RowProgram::default(), &self.limits);

@@ -9,6 +9,8 @@ use crate::guide::Guide;
 use crate::pair_model::{PairModel, Tangent};
 use crate::row_program::RowProgram;
 use crate::rows::Rows;
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
 
 /// What a clean-up needs of a region.
 pub struct CleanUp<'a> {
@@ -20,20 +22,34 @@ pub struct CleanUp<'a> {
     pub may_cut: &'a dyn Fn(&[f64], f64) -> bool,
     /// Share of the samples that one cut may lose, where few of them collide.
     pub max_loss: f64,
+    /// For pairs whose corners are followed, a face is placed this far off contact, metres of gap, where that loses no
+    /// more than it may; else [`ROOM`].
+    pub room: f64,
 }
 
+/// Seed of the directions in which vertices are sought.
+const VERTEX_SEED: u64 = 7;
 /// Samples of a pair whose gaps are compared.
 const N_LOOKED_AT: usize = 3000;
 /// Of these so many, with the least gaps, are followed downhill.
 const N_DESCENTS: usize = 40;
-/// Rounds over all pairs.
-const N_ROUNDS: usize = 4;
 /// First half-width of the box of a step, as a share of the joint range.
 const FIRST_TRUST: f64 = 0.05;
 /// Steps of a descent.
 const MAX_STEPS: usize = 12;
-/// A face is placed this far off contact, metres of gap.
-const ROOM: f64 = 1e-4;
+/// A face is placed at least this far off contact, metres of gap.
+pub const ROOM: f64 = 1e-4;
+/// What comes nearer than this share of the room is cut off.
+pub const NEAR_SHARE: f64 = 0.5;
+/// From vertices with larger gaps, metres, nothing is followed downhill.
+const MAX_VERTEX_GAP: f64 = 0.1;
+/// Vertices of the region from which gaps are followed downhill as well, in each round: between many joints few samples
+/// are near contact.
+const N_VERTICES: usize = 40;
+/// Rounds over all pairs.
+const N_ROUNDS: usize = 4;
+/// The same, where vertices are followed.
+const N_ROUNDS_LARGE: usize = 6;
 /// Where more of the samples collide, a cut may lose so many times their share: it has to.
 const LOSS_FOR_SHARE: f64 = 8.0;
 /// Steps from a collision to contact.
@@ -48,7 +64,19 @@ pub fn clean_up(models: &[&PairModel], rows: &mut Rows, guide: &mut Guide, task:
     let mut program = RowProgram::default();
     let mut n_cuts = 0;
     let mut is_done = vec![false; models.len()];
-    for _ in 0..N_ROUNDS {
+    let mut rng = ChaCha8Rng::seed_from_u64(VERTEX_SEED);
+    let many_joints = models.iter().any(|model| model.corners.is_some());
+    let (n_rounds, n_vertices) = if many_joints { (N_ROUNDS_LARGE, N_VERTICES) } else { (N_ROUNDS, 0) };
+    for _ in 0..n_rounds {
+        let n_before = n_cuts;
+        let n = task.center.len();
+        let vertices: Vec<Vec<f64>> = (0..n_vertices)
+            .map(|_| {
+                let towards: Vec<f64> = (0..n).map(|_| rng.random::<f64>() - 0.5).collect();
+                program.minimize(rows, rows.active(), task.limits, &towards, f64::INFINITY);
+                program.point(task.limits)
+            })
+            .collect();
         for (model, is_done) in models.iter().zip(&mut is_done).filter(|(_, is_done)| !**is_done) {
             let mut starts: Vec<(f64, Vec<f64>)> = guide
                 .samples()
@@ -60,18 +88,30 @@ pub fn clean_up(models: &[&PairModel], rows: &mut Rows, guide: &mut Guide, task:
             let share = n_colliding as f64 / starts.len().max(1) as f64;
             let task = CleanUp { max_loss: task.max_loss.max(LOSS_FOR_SHARE * share).min(1.0), ..*task };
             let mut n_here = 0;
-            for (_, start) in starts.into_iter().take(N_DESCENTS) {
+            let samples = starts.into_iter().take(N_DESCENTS).map(|(_, start)| start);
+            let near = vertices.iter().filter(|q| model.gap(q) < model.clearance + MAX_VERTEX_GAP).cloned();
+            for start in samples.chain(near) {
                 let (gap, q) = descend(model, rows, task.limits, &start, &mut program);
-                if gap <= model.demand() && cut(model, rows, guide, &task, &q) {
+                if gap <= task.nearest(model) && cut(model, rows, guide, &task, &q) {
                     n_here += 1;
                 }
             }
-            *is_done = n_here == 0;
+            *is_done = n_here == 0 && n_vertices == 0;
             n_cuts += n_here;
         }
         rows.prune(&mut program, task.limits);
+        if n_cuts == n_before {
+            break;
+        }
     }
     n_cuts
+}
+
+impl CleanUp<'_> {
+    /// Gaps less clearance up to this are cut off.
+    fn nearest(&self, model: &PairModel) -> f64 {
+        if model.corners.is_some() { NEAR_SHARE * self.room.max(ROOM) } else { model.margin }
+    }
 }
 
 /// A configuration of the region with a small gap, by steps downhill from `start`, and the gap less clearance.
@@ -108,7 +148,20 @@ fn descend(
 }
 
 /// Cuts the collision at `x` off; whether that was allowed.
-fn cut(model: &PairModel, rows: &mut Rows, guide: &mut Guide, task: &CleanUp<'_>, x: &[f64]) -> bool {
+pub fn cut(model: &PairModel, rows: &mut Rows, guide: &mut Guide, task: &CleanUp<'_>, x: &[f64]) -> bool {
+    let with_room =
+        model.corners.is_some() && task.room > ROOM && cut_with(model, rows, guide, task, x, task.room);
+    with_room || cut_with(model, rows, guide, task, x, ROOM)
+}
+
+fn cut_with(
+    model: &PairModel,
+    rows: &mut Rows,
+    guide: &mut Guide,
+    task: &CleanUp<'_>,
+    x: &[f64],
+    room: f64,
+) -> bool {
     let mut candidates: Vec<(Vec<f64>, f64)> = Vec::new();
     // The half-space of the gap to first order, at the contact that lies straight uphill.
     let mut contact = x.to_vec();
@@ -118,7 +171,7 @@ fn cut(model: &PairModel, rows: &mut Rows, guide: &mut Guide, task: &CleanUp<'_>
         if !(g2 > 0.0) {
             break;
         }
-        let step = (model.clearance + ROOM - gap) / g2;
+        let step = (model.clearance + room - gap) / g2;
         contact.iter_mut().zip(&g).for_each(|(q, g)| *q += step * g);
     }
     for at in [&contact[..], x] {
@@ -126,7 +179,7 @@ fn cut(model: &PairModel, rows: &mut Rows, guide: &mut Guide, task: &CleanUp<'_>
         let norm = dot(&g, &g).sqrt();
         if norm > 0.0 {
             let a: Vec<f64> = g.iter().map(|g| 0.0 - g / norm).collect();
-            let b = dot(&a, at) + (gap - model.clearance - ROOM) / norm;
+            let b = dot(&a, at) + (gap - model.clearance - room) / norm;
             candidates.push((a, b));
         }
     }
@@ -135,7 +188,7 @@ fn cut(model: &PairModel, rows: &mut Rows, guide: &mut Guide, task: &CleanUp<'_>
     let (mut free, mut colliding) = (0.0, 1.0);
     for _ in 0..N_BISECTIONS {
         let t = 0.5 * (free + colliding);
-        if model.gap(&at(t)) > model.clearance + ROOM { free = t } else { colliding = t }
+        if model.gap(&at(t)) > model.clearance + room { free = t } else { colliding = t }
     }
     let free = at(free);
     let mut mean = vec![0.0; x.len()];

@@ -62,9 +62,17 @@ impl Guide {
     /// Removes the samples that the cut loses.
     pub fn cut(&mut self, a: &[f64], b: f64) {
         for stratum in &mut self.strata {
-            let n = stratum.n;
-            let kept = stratum.points.chunks_exact(n).filter(|q| dot(a, q) <= b).flatten().copied().collect();
-            stratum.points = kept;
+            let (n, mut n_kept) = (stratum.n, 0);
+            for from in 0..stratum.points.len() / n.max(1) {
+                let range = from * n..(from + 1) * n;
+                if dot(a, &stratum.points[range.clone()]) <= b {
+                    if n_kept < from {
+                        stratum.points.copy_within(range, n_kept * n);
+                    }
+                    n_kept += 1;
+                }
+            }
+            stratum.points.truncate(n_kept * n);
         }
     }
 

@@ -39,7 +39,8 @@ pub struct CertifyOptions {
     /// dimensions it is divided by n − 3. 0: no cut is made, and a region that needs one is rejected.
     #[arg(long, default_value_t = 1e-3)]
     pub max_cut_loss: f64,
-    /// Cells of a pair after which the share of a cut doubles. Larger: more time, more volume.
+    /// Cells of a pair after which the share of a cut doubles; (n − 3)² times as many in n > 4 dimensions. Larger: more
+    /// time, more volume.
     #[arg(long, default_value_t = 2000)]
     pub cells_per_doubling: u64,
     /// Share of the samples that a cut may lose where a cell is thin (see `thin`).
@@ -49,6 +50,10 @@ pub struct CertifyOptions {
     /// volume.
     #[arg(long, default_value_t = 0.01)]
     pub max_clean_up_loss: f64,
+    /// Gap that cuts of collisions leave between bodies of which one moves by more than four joints, metres: near
+    /// contact cells are small. Larger: fewer cells, less volume.
+    #[arg(long, default_value_t = 2e-3)]
+    pub room: f64,
     /// Displacement of the bodies over a cell, metres, below which it is thin.
     #[arg(long, default_value_t = 1e-3)]
     pub thin: f64,
@@ -95,6 +100,7 @@ impl Default for CertifyOptions {
             cells_per_doubling: 2000,
             max_thin_cut_loss: 0.02,
             max_clean_up_loss: 0.01,
+            room: 2e-3,
             thin: 1e-3,
             give_up: 1e-5,
             cut_margin: 1e-7,
@@ -132,7 +138,12 @@ impl CertifyOptions {
                 return Err(CertifyError::Option { option, value, remedy: "give a share above 0" });
             }
         }
-        let lengths = [("thin", self.thin), ("give-up", self.give_up), ("cut-margin", self.cut_margin)];
+        let lengths = [
+            ("thin", self.thin),
+            ("give-up", self.give_up),
+            ("cut-margin", self.cut_margin),
+            ("room", self.room),
+        ];
         for (option, value) in lengths {
             if !(value > 0.0 && value.is_finite()) {
                 return Err(CertifyError::Option {

@@ -2,6 +2,7 @@
 
 use crate::cell::CellBox;
 use crate::control_net::{ControlNet, sine_excess};
+use crate::corner_bound::CornerPair;
 use crate::separating_normal::{PlacedCore, gap_along, separating_normal};
 use crate::side::Side;
 use ipc_types::artefact::FrameChoice;
@@ -16,6 +17,8 @@ pub struct PairModel {
     pub pair: CollisionPair,
     /// Both bodies seen from each link between them.
     pub frames: Vec<PairFrame>,
+    /// The pair seen so that one body rests and the other, which moves least, has corners.
+    pub corners: Option<CornerPair>,
     /// Coordinates of the joints that matter, sorted.
     pub coordinates: Vec<usize>,
     /// Whether each of `coordinates` is an angle.
@@ -105,6 +108,7 @@ impl PairModel {
             .fold(1.0, f64::max);
         Self {
             pair,
+            corners: CornerPair::new(&frames),
             frames,
             coordinates,
             is_angle,

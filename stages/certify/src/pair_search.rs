@@ -5,17 +5,22 @@
 //! Source: mathematics.md 2.1, certificates.md section 4.
 
 use crate::cell::{CellBox, CellTree};
+use crate::clean_up::{CleanUp, NEAR_SHARE, cut as cut_collision};
 use crate::control_net::{ControlNet, MAX_HALF_ANGLE};
+use crate::corner_bound::CornerPair;
+use crate::corner_search::{CornerAnswer, CornerTask, OpenCorner};
 use crate::guide::Guide;
+use crate::normals::better_normal;
 use crate::options::CertifyOptions;
 use crate::pair_model::{PairModel, Plane, Tangent};
 use crate::region_data::{RegionData, keeps};
-use crate::row_program::RowProgram;
+use crate::row_program::{Active, RowProgram};
 use crate::rows::{Multipliers, RowBound, Rows};
 use crate::waiting::Waiting;
 use ipc_types::artefact::Cell;
 use nalgebra::Vector3;
 use std::collections::BinaryHeap;
+use std::rc::Rc;
 
 /// A pair certified on what its cuts leave of the region.
 #[derive(Debug, Clone)]
@@ -53,6 +58,7 @@ pub enum PairOutcome {
 
 /// A half-width of an angle from which a cell is split untested: its control net is too wide to be of use.
 const SPLIT_HALF_ANGLE: f64 = 0.7;
+const NO_SPLIT: &str = "no plane separates the bodies around it, and the cell cannot be split";
 /// Nets up to this many rows are cheap: all frames are tried, not only the best.
 const CHEAP_NET: usize = 100;
 /// Frames that are tried on all of the region's box at first, those with the smallest nets.
@@ -61,8 +67,6 @@ const N_CHEAP_FRAMES: usize = 2;
 const MIN_CONTRACTION: f64 = 0.2;
 /// After so many cuts rows that others imply are taken out of use.
 const CUTS_BETWEEN_PRUNINGS: usize = 64;
-/// Normals that are tried on a cell in one frame.
-const MAX_NORMALS: usize = 4;
 
 /// What a frame says of a cell.
 enum Answer {
@@ -103,6 +107,10 @@ struct Search<'a> {
     tree: CellTree,
     queue: BinaryHeap<Waiting>,
     n_tried: u64,
+    /// The pair seen so that one body rests, if its control nets are large.
+    corners: Option<&'a CornerPair>,
+    /// Where the programme of the cell around the present one ended.
+    start: Rc<[Active]>,
 }
 
 /// Certifies the pair of `model` on the region, cutting where needed.
@@ -125,6 +133,8 @@ pub fn search(
         tree: CellTree::new(),
         queue: BinaryHeap::new(),
         n_tried: 0,
+        corners: model.corners.as_ref(),
+        start: [].into(),
     };
     if model.gap(region.center) <= model.clearance {
         let reason = "no plane separates the bodies at the centre of the region".to_owned();
@@ -135,7 +145,7 @@ pub fn search(
         let reason = format!("more than {} joints turn between the bodies", 2 * crate::pair_model::MAX_TURNS);
         return PairOutcome::Failed { configuration: region.center.to_vec(), reason };
     }
-    while let Some(Waiting { node, cell, rows, n_rows_seen, .. }) = search.queue.pop() {
+    while let Some(Waiting { node, cell, rows, start, n_rows_seen, .. }) = search.queue.pop() {
         search.n_tried += 1;
         if search.n_tried > options.max_cells {
             return PairOutcome::Limit { n_cells: options.max_cells };
@@ -143,7 +153,9 @@ pub fn search(
         if search.n_tried.is_multiple_of(256) && is_stopped() {
             return PairOutcome::Stopped;
         }
-        search.relevant = rows;
+        search.relevant.clear();
+        search.relevant.extend_from_slice(&rows);
+        search.start = start;
         search.note_new_rows(n_rows_seen);
         if let Err(reason) = search.treat(net, node, cell.clone()) {
             return PairOutcome::Failed { configuration: cell.centers(), reason };
@@ -185,9 +197,8 @@ impl Search<'_> {
         let samples: Vec<CellBox> =
             [0.05, 0.25].iter().map(|share| self.around_center(&cell, *share)).collect();
         self.frame_order = self.model.frame_order(net, &samples);
-        let size = self.model.size(&cell);
-        let rows = self.rows.active().to_vec();
-        self.queue.push(Waiting { size, node, cell, rows, n_rows_seen: self.rows.len() });
+        self.relevant = self.rows.active().to_vec();
+        self.queue.push(self.waiting(node, cell));
     }
 
     /// Adds the rows made since there were `n_rows_seen` to the relevant ones, and takes superseded ones out.
@@ -246,6 +257,9 @@ impl Search<'_> {
             self.split(node, cell, j);
             return Ok(());
         }
+        if let Some(pair) = self.corners {
+            return self.treat_corners(net, node, &cell, pair);
+        }
         let n_frames = match self.model.net_rows(self.frame_order[0]) <= CHEAP_NET {
             true => self.frame_order.len(),
             false => 1,
@@ -279,22 +293,128 @@ impl Search<'_> {
         let displacement = self.model.displacement(&cell);
         if self.options.cuts_allowed() {
             let loss = self.allowed_loss(displacement);
-            if self.cut(net, node, &cell, &attempt, loss) {
+            if let Some((plane, multipliers)) = self.cut(net, &cell, &attempt, loss) {
+                self.close(node, attempt.frame_idx, &plane, true, multipliers);
                 return Ok(());
             }
         }
         if displacement < self.options.give_up {
-            let what =
-                if self.options.cuts_allowed() { "no cut keeps the centre" } else { "cuts are forbidden" };
-            return Err(format!("no plane separates the bodies around it, and {what}"));
+            return Err(self.given_up());
         }
         match self.split_coordinate(&cell, &attempt) {
             Some(j) if cell.lower[j] < cell.center(j) && cell.center(j) < cell.upper[j] => {
                 self.split(node, cell, j);
                 Ok(())
             }
-            _ => Err("no plane separates the bodies around it, and the cell cannot be split".to_owned()),
+            _ => Err(NO_SPLIT.to_owned()),
         }
+    }
+
+    /// As [`Search::treat`], by the series of the corners.
+    fn treat_corners(
+        &mut self,
+        net: &mut ControlNet,
+        node: usize,
+        cell: &CellBox,
+        pair: &CornerPair,
+    ) -> Result<(), String> {
+        loop {
+            let mut program = std::mem::take(&mut self.program);
+            let (relevant, start) = (&self.relevant[..], &self.start[..]);
+            let task = CornerTask { model: self.model, pair, rows: &self.rows, relevant, start };
+            let answer = task.attempt(&mut program, cell);
+            let open = match answer {
+                CornerAnswer::Closed(leaf) => {
+                    self.program = program;
+                    self.tree.close(node, leaf);
+                    return Ok(());
+                }
+                CornerAnswer::Open(open) => open,
+            };
+            let split_at = task.split_coordinate(cell, &open);
+            self.start = program.basis().into();
+            self.program = program;
+            if open.is_wide() && open.holds_to_first_order(self.model.demand()) {
+                match self.attempt(net, self.frame_order[0], cell) {
+                    Answer::Empty(multipliers) => {
+                        self.tree.close(node, Cell::Empty { multipliers });
+                        return Ok(());
+                    }
+                    Answer::Apart(frame_idx, plane, multipliers) => {
+                        let with_row = multipliers.is_some();
+                        self.close(node, frame_idx, &plane, with_row, multipliers.unwrap_or_default());
+                        return Ok(());
+                    }
+                    Answer::Open(_) => {}
+                }
+            }
+            let displacement = self.model.displacement(cell);
+            if self.options.cuts_allowed() {
+                let n_rows_before = self.rows.len();
+                let loss = self.allowed_loss(displacement);
+                if self.cut_contact(&open) || self.cut(net, cell, &attempt_of(pair, &open), loss).is_some() {
+                    // The region has a face more, which this cell is tried again with.
+                    self.note_new_rows(n_rows_before);
+                    self.n_tried += 1;
+                    if self.n_tried > self.options.max_cells {
+                        self.queue.push(self.waiting(node, cell.clone()));
+                        return Ok(());
+                    }
+                    continue;
+                }
+            }
+            if displacement < self.options.give_up {
+                return Err(self.given_up());
+            }
+            return match split_at {
+                Some(j) if cell.lower[j] < cell.center(j) && cell.center(j) < cell.upper[j] => {
+                    self.split(node, cell.clone(), j);
+                    Ok(())
+                }
+                _ => Err(NO_SPLIT.to_owned()),
+            };
+        }
+    }
+
+    /// Cuts a collision, or what comes too near one, off where the pair is nearest in the cell.
+    fn cut_contact(&mut self, open: &OpenCorner) -> bool {
+        let (at, gap) = &open.nearest;
+        if *gap > self.model.clearance + NEAR_SHARE * NEAR_SHARE * self.options.room {
+            return false;
+        }
+        let region = self.region;
+        let may_cut = |a: &[f64], b: f64| keeps(region, a, b);
+        let guide = self.guide.get_or_insert_with(region.guide);
+        let max_loss =
+            self.options.max_clean_up_loss.min((guide.least_kept() - self.options.min_kept).max(0.0));
+        let task = CleanUp {
+            limits: region.limits,
+            center: region.center,
+            may_cut: &may_cut,
+            max_loss,
+            room: self.options.room,
+        };
+        let has_cut = cut_collision(self.model, &mut self.rows, guide, &task, at);
+        if has_cut {
+            self.prune_now_and_then();
+        }
+        has_cut
+    }
+
+    fn prune_now_and_then(&mut self) {
+        if (self.rows.len() - self.region.rows.len()).is_multiple_of(CUTS_BETWEEN_PRUNINGS) {
+            self.rows.prune(&mut self.program, self.region.limits);
+        }
+    }
+
+    fn given_up(&self) -> String {
+        let what = if self.options.cuts_allowed() { "no cut keeps the centre" } else { "cuts are forbidden" };
+        format!("no plane separates the bodies around it, and {what}")
+    }
+
+    fn waiting(&self, node: usize, cell: CellBox) -> Waiting {
+        let (rows, start) = (self.relevant.as_slice().into(), self.start.clone());
+        Waiting { size: self.model.size(&cell), node, cell, rows, start, n_rows_seen: self.rows.len() }
     }
 
     /// Looks for a plane in frame `frame_idx`. The normal at the cell's centre comes first, which may lie outside the
@@ -342,35 +462,9 @@ impl Search<'_> {
             }
             // No plane along n: the first-order gap at `worst`, in the region, is too small.
             let tangent = model.tangent(frame_idx, &worst);
-            let is_contact = tangent.gap <= demand;
             witnesses.push((worst, tangent));
-            let last = witnesses.len() - 1;
-            let mut better: Option<(f64, Vector3<f64>)> = None;
-            if !is_contact && witnesses.len() < MAX_NORMALS {
-                let mut offer = |candidate: Vector3<f64>| {
-                    let norm = candidate.norm();
-                    if !(norm > 0.1) {
-                        return;
-                    }
-                    let candidate = candidate / norm;
-                    let least = witnesses
-                        .iter()
-                        .map(|(q, _)| model.gap_along(frame_idx, q, &candidate))
-                        .fold(f64::INFINITY, f64::min);
-                    if least > demand && better.is_none_or(|(most, _)| least > most) {
-                        better = Some((least, candidate));
-                    }
-                };
-                offer(witnesses[last].1.n);
-                if last > 0 {
-                    for (_, earlier) in &witnesses[..last] {
-                        offer(earlier.n);
-                        offer(earlier.n + witnesses[last].1.n);
-                    }
-                }
-            }
-            match better {
-                Some((_, normal)) if (normal - n).norm() > 1e-6 => {
+            match better_normal(model, frame_idx, &witnesses) {
+                Some(normal) if (normal - n).norm() > 1e-6 => {
                     n = normal;
                     gap = model.gap_along(frame_idx, &center, &n);
                     g = model.gradient(frame_idx, &center, &n);
@@ -437,9 +531,10 @@ impl Search<'_> {
         let (mut lower, mut upper) = (cell.clone(), cell);
         lower.upper[j] = at;
         upper.lower[j] = at;
+        let (rows, n_rows_seen): (Rc<[u32]>, usize) = (self.relevant.as_slice().into(), self.rows.len());
         for (node, cell) in nodes.into_iter().zip([lower, upper]) {
-            let (rows, n_rows_seen) = (self.relevant.clone(), self.rows.len());
-            self.queue.push(Waiting { size: self.model.size(&cell), node, cell, rows, n_rows_seen });
+            let (rows, start) = (rows.clone(), self.start.clone());
+            self.queue.push(Waiting { size: self.model.size(&cell), node, cell, rows, start, n_rows_seen });
         }
     }
 
@@ -462,14 +557,15 @@ impl Search<'_> {
     fn contract(&mut self, mut node: usize, mut cell: CellBox) -> Option<(usize, CellBox)> {
         let n = cell.lower.len();
         let mut n_relevant = 0;
+        let (mut center, mut half) = centers_and_halves(&cell);
         for position in 0..self.relevant.len() {
             let row = self.relevant[position];
-            let (mut least, mut most) = (0.0, 0.0);
-            for (j, a) in self.rows.a[row as usize].iter().enumerate() {
-                let (x, y) = (a * cell.lower[j], a * cell.upper[j]);
-                least += x.min(y);
-                most += x.max(y);
+            let (mut middle, mut spread) = (0.0, 0.0);
+            for ((a, m), h) in self.rows.a[row as usize].iter().zip(&center).zip(&half) {
+                middle += a * m;
+                spread += a.abs() * h;
             }
+            let (least, most) = (middle - spread, middle + spread);
             let b = self.rows.b[row as usize];
             if most <= b {
                 continue;
@@ -495,6 +591,7 @@ impl Search<'_> {
                 let (at, below) =
                     if a > 0.0 { (cell.lower[j] + left, false) } else { (cell.upper[j] - left, true) };
                 (node, cell) = self.trim(node, cell, j, at, below, &vec![(row, 1.0)]);
+                (center, half) = centers_and_halves(&cell);
             }
         }
         self.relevant.truncate(n_relevant);
@@ -514,15 +611,15 @@ impl Search<'_> {
         }
     }
 
-    /// Closes the cell by cutting the region, if a cut keeps what it must and loses at most the share `loss`.
+    /// Cuts the region so that the plane separates the bodies on the cell, if a cut keeps what it must and loses at most
+    /// the share `loss`; returns the plane and its multipliers.
     fn cut(
         &mut self,
         net: &mut ControlNet,
-        node: usize,
         cell: &CellBox,
         attempt: &Attempt,
         loss: f64,
-    ) -> bool {
+    ) -> Option<(Plane, Multipliers)> {
         let (frame_idx, multipliers) = (attempt.frame_idx, &attempt.multipliers);
         let computed;
         let plane = match &attempt.plane {
@@ -573,14 +670,32 @@ impl Search<'_> {
                 if let Some(guide) = &mut self.guide {
                     guide.cut(&self.rows.a[row], self.rows.b[row]);
                 }
-                self.close(node, frame_idx, plane, true, multipliers);
-                if (row + 1 - self.region.rows.len()).is_multiple_of(CUTS_BETWEEN_PRUNINGS) {
-                    self.rows.prune(&mut self.program, self.region.limits);
-                }
-                return true;
+                let plane = plane.clone();
+                self.prune_now_and_then();
+                return Some((plane, multipliers));
             }
             self.rows.pop(superseded);
         }
-        false
+        None
+    }
+}
+
+fn centers_and_halves(cell: &CellBox) -> (Vec<f64>, Vec<f64>) {
+    (cell.centers(), (0..cell.lower.len()).map(|j| cell.half(j)).collect())
+}
+
+/// What a cut needs to know of a corner that comes too near.
+fn attempt_of(pair: &CornerPair, open: &OpenCorner) -> Attempt {
+    let kappa = [f64::NEG_INFINITY, open.kappa];
+    Attempt {
+        frame_idx: pair.frame_idx,
+        gap: open.kappa + open.bound,
+        n: open.n,
+        g: open.g.clone(),
+        plane: Some(Plane { n: open.n, g: open.g.clone(), kappa, paths: Default::default() }),
+        with_row: true,
+        multipliers: open.multipliers.clone(),
+        bound: open.bound,
+        witnesses: Vec::new(),
     }
 }

@@ -6,6 +6,7 @@
 use crate::cell::CellBox;
 use crate::control_net::ControlNet;
 use crate::control_net::MAX_HALF_ANGLE;
+use crate::corner_leaf::CornerLeaf;
 use crate::pair_model::PairModel;
 use crate::reuse::row_holds;
 use crate::rows::Rows;
@@ -137,6 +138,12 @@ pub(crate) fn pair_holds(
                 };
                 if !(gap > demand * n.norm()) {
                     return Err((cell_idx, "the plane does not separate the bodies"));
+                }
+            }
+            Cell::Corners { frame, normal, near, multipliers } => {
+                let leaf = CornerLeaf { frame: *frame, normal, near, multipliers };
+                if !are_usable(multipliers, rows.len()) || !(leaf.gap(model, rows, &at) > demand) {
+                    return Err((cell_idx, "a corner is not proven to stay beyond the plane"));
                 }
             }
         }

@@ -12,6 +12,8 @@ use crate::rows::{Multipliers, Rows};
 const TOL_VIOLATED: f64 = 1e-10;
 /// A pivot below this is taken for zero.
 const TOL_PIVOT: f64 = 1e-11;
+/// A pivot below this on the way to a first vertex: another one is taken.
+const TOL_START: f64 = 1e-7;
 /// Pivots after which the bound reached is taken as it is.
 const MAX_PIVOTS: usize = 80;
 
@@ -24,11 +26,20 @@ pub enum Verdict {
     Infeasible(Multipliers),
 }
 
+/// An active constraint of a vertex: a row of the region, or a bound of coordinate j (true: the upper).
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Active {
+    /// Row.
+    Row(u32),
+    /// Bound.
+    Bound(u16, bool),
+}
+
 /// Buffers, reused between programmes.
 #[derive(Debug, Default)]
 pub struct RowProgram {
     n: usize,
-    /// The rows that the cell can violate: their indices, α [n each] and β, of unit length.
+    /// The rows that the cell can violate: their indices, α [one column of m a coordinate] and β, of unit length.
     index: Vec<u32>,
     norm: Vec<f64>,
     alpha: Vec<f64>,
@@ -42,6 +53,8 @@ pub struct RowProgram {
     lambda: Vec<f64>,
     u: Vec<f64>,
     r: Vec<f64>,
+    /// α·u − β.
+    violation: Vec<f64>,
 }
 
 impl RowProgram {
@@ -55,8 +68,19 @@ impl RowProgram {
         g: &[f64],
         enough: f64,
     ) -> Verdict {
-        self.load(rows, relevant, cell, g);
+        self.load(rows, relevant, cell);
+        self.minimize_loaded(g, &[], enough)
+    }
+
+    /// As [`RowProgram::minimize`], over the cell that was loaded last; `start` is where a similar programme ended, or
+    /// empty.
+    pub fn minimize_loaded(&mut self, g: &[f64], start: &[Active], enough: f64) -> Verdict {
         let n = self.n;
+        self.cost.clear();
+        self.cost.extend((0..n).map(|j| g[j] * self.half[j]));
+        if !self.start_at(start) {
+            self.start_at_corner();
+        }
         for _ in 0..MAX_PIVOTS {
             let objective: f64 = self.cost.iter().zip(&self.u).map(|(c, u)| c * u).sum();
             if objective > enough {
@@ -93,20 +117,122 @@ impl RowProgram {
         Verdict::Bound(self.multipliers(|k| self.lambda[k]))
     }
 
+    /// Where the last programme ended.
+    pub fn basis(&self) -> Vec<Active> {
+        let m = self.index.len();
+        let of = |&constraint: &usize| match constraint.checked_sub(m) {
+            None => Active::Row(self.index[constraint]),
+            Some(bound) => Active::Bound((bound / 2) as u16, bound % 2 == 1),
+        };
+        self.active.iter().map(of).collect()
+    }
+
+    /// Starts at the vertex of `start`, if that is one and its multipliers are not negative.
+    fn start_at(&mut self, start: &[Active]) -> bool {
+        let (m, n) = (self.index.len(), self.n);
+        if start.len() != n || n == 0 {
+            return false;
+        }
+        self.active.clear();
+        for constraint in start {
+            self.active.push(match *constraint {
+                Active::Row(row) => match self.index.iter().position(|&index| index == row) {
+                    Some(position) => position,
+                    None => return false,
+                },
+                Active::Bound(j, upper) => m + 2 * usize::from(j) + usize::from(upper),
+            });
+        }
+        // [N | I] → [I | N⁻¹], N the normals by rows.
+        let width = 2 * n;
+        let mut table = vec![0.0; n * width];
+        for k in 0..n {
+            for j in 0..n {
+                table[k * width + j] = self.normal(self.active[k], j);
+            }
+            table[k * width + n + k] = 1.0;
+        }
+        for j in 0..n {
+            let size = |k: usize| table[k * width + j].abs();
+            let Some(pivot) = (j..n).max_by(|&x, &y| size(x).total_cmp(&size(y))) else { return false };
+            if !(size(pivot) > TOL_START) {
+                return false;
+            }
+            if pivot != j {
+                for c in 0..width {
+                    table.swap(pivot * width + c, j * width + c);
+                }
+            }
+            let scale = 1.0 / table[j * width + j];
+            table[j * width..(j + 1) * width].iter_mut().for_each(|x| *x *= scale);
+            for k in 0..n {
+                let factor = table[k * width + j];
+                if k != j && factor != 0.0 {
+                    for c in j..width {
+                        table[k * width + c] -= factor * table[j * width + c];
+                    }
+                }
+            }
+        }
+        // Row j of the right half is row j of N⁻¹; `inverse` holds columns.
+        self.inverse.clear();
+        self.inverse.resize(n * n, 0.0);
+        self.lambda.clear();
+        for k in 0..n {
+            for j in 0..n {
+                self.inverse[k * n + j] = table[j * width + n + k];
+            }
+            let column = &mut self.inverse[k * n..(k + 1) * n];
+            let mut lambda: f64 = -self.cost.iter().zip(&*column).map(|(c, v)| c * v).sum::<f64>();
+            if lambda < 0.0 {
+                let Some(bound) = self.active[k].checked_sub(m) else { return false };
+                // The other bound of the same coordinate has the opposite normal.
+                self.active[k] = m + (bound ^ 1);
+                column.iter_mut().for_each(|v| *v = -*v);
+                lambda = -lambda;
+            }
+            self.lambda.push(lambda);
+        }
+        self.u.clear();
+        self.u.resize(n, 0.0);
+        for k in 0..n {
+            let beta = if self.active[k] < m { self.beta[self.active[k]] } else { 1.0 };
+            for j in 0..n {
+                self.u[j] += beta * self.inverse[k * n + j];
+            }
+        }
+        self.r.clear();
+        self.r.resize(n, 0.0);
+        true
+    }
+
+    fn normal(&self, constraint: usize, j: usize) -> f64 {
+        let m = self.index.len();
+        match constraint.checked_sub(m) {
+            None => self.alpha[j * m + constraint],
+            Some(bound) if bound / 2 != j => 0.0,
+            Some(bound) => {
+                if bound % 2 == 1 {
+                    1.0
+                } else {
+                    -1.0
+                }
+            }
+        }
+    }
+
     /// The vertex that the last programme over `cell` ended at.
     pub fn point(&self, cell: &CellBox) -> Vec<f64> {
         (0..self.n).map(|j| cell.center(j) + self.half[j] * self.u[j].clamp(-1.0, 1.0)).collect()
     }
 
-    /// Scales the programme and starts at the corner of the cell that is cheapest.
-    fn load(&mut self, rows: &Rows, relevant: &[u32], cell: &CellBox, g: &[f64]) {
-        let n = g.len();
+    /// Scales the rows to the cell and leaves those out that it can not violate.
+    pub fn load(&mut self, rows: &Rows, relevant: &[u32], cell: &CellBox) {
+        let n = cell.lower.len();
         self.n = n;
         self.half.clear();
         self.half.extend((0..n).map(|j| cell.half(j)));
-        self.cost.clear();
-        self.cost.extend((0..n).map(|j| g[j] * self.half[j]));
-        for buffer in [&mut self.alpha, &mut self.beta, &mut self.norm] {
+        for buffer in [&mut self.beta, &mut self.norm] {
             buffer.clear();
         }
         self.index.clear();
@@ -126,10 +252,20 @@ impl RowProgram {
             self.index.push(row);
             self.norm.push(norm);
             self.beta.push(beta / norm);
-            let half = &self.half;
-            self.alpha.extend((0..n).map(|j| a[j] * half[j] / norm));
         }
         let m = self.index.len();
+        self.alpha.clear();
+        self.alpha.resize(n * m, 0.0);
+        for (i, (&row, norm)) in self.index.iter().zip(&self.norm).enumerate() {
+            for (j, a) in rows.a[row as usize].iter().enumerate() {
+                self.alpha[j * m + i] = a * self.half[j] / norm;
+            }
+        }
+    }
+
+    /// Starts at the corner of the cell that is cheapest.
+    fn start_at_corner(&mut self) {
+        let (m, n) = (self.index.len(), self.n);
         self.active.clear();
         self.inverse.clear();
         self.inverse.resize(n * n, 0.0);
@@ -147,11 +283,18 @@ impl RowProgram {
         }
     }
 
-    fn most_violated(&self) -> Option<(usize, f64)> {
+    fn most_violated(&mut self) -> Option<(usize, f64)> {
         let (m, n) = (self.index.len(), self.n);
+        self.violation.clear();
+        self.violation.extend(self.beta.iter().map(|beta| -beta));
+        for j in 0..n {
+            let u = self.u[j];
+            for (violation, alpha) in self.violation.iter_mut().zip(&self.alpha[j * m..(j + 1) * m]) {
+                *violation += alpha * u;
+            }
+        }
         let mut worst = (usize::MAX, TOL_VIOLATED);
-        for (i, alpha) in self.alpha.chunks_exact(n).enumerate() {
-            let violation = alpha.iter().zip(&self.u).map(|(a, u)| a * u).sum::<f64>() - self.beta[i];
+        for (i, &violation) in self.violation.iter().enumerate() {
             if violation > worst.1 {
                 worst = (i, violation);
             }
@@ -171,8 +314,7 @@ impl RowProgram {
         for k in 0..n {
             let column = &self.inverse[k * n..(k + 1) * n];
             self.r[k] = if constraint < m {
-                let alpha = &self.alpha[constraint * n..(constraint + 1) * n];
-                alpha.iter().zip(column).map(|(a, v)| a * v).sum()
+                column.iter().enumerate().map(|(j, v)| self.alpha[j * m + constraint] * v).sum()
             } else {
                 let (j, upper) = ((constraint - m) / 2, (constraint - m) % 2 == 1);
                 if upper { column[j] } else { -column[j] }

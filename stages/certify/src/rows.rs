@@ -1,7 +1,7 @@
 //! Rows a·q ≤ b that hold on a region, and what they bound on a cell.
 
 use crate::cell::CellBox;
-use crate::row_program::{RowProgram, Verdict};
+use crate::row_program::{Active, RowProgram, Verdict};
 use convex_sets::HPolyhedron;
 
 /// Multipliers: (row, μ ≥ 0).
@@ -122,7 +122,21 @@ impl Rows {
         g: &[f64],
         enough: f64,
     ) -> RowBound {
-        let multipliers = match program.minimize(self, relevant, cell, g, enough) {
+        program.load(self, relevant, cell);
+        self.minimize_loaded(program, cell, g, &[], enough)
+    }
+
+    /// As [`Rows::minimize_over`], where `program` has loaded the rows and the cell; `start` is where a similar
+    /// programme ended, or empty.
+    pub fn minimize_loaded(
+        &self,
+        program: &mut RowProgram,
+        cell: &CellBox,
+        g: &[f64],
+        start: &[Active],
+        enough: f64,
+    ) -> RowBound {
+        let multipliers = match program.minimize_loaded(g, start, enough) {
             Verdict::Bound(multipliers) => multipliers,
             Verdict::Infeasible(multipliers) => {
                 if self.excludes(cell, &multipliers) {

@@ -1,7 +1,9 @@
 //! The order in which cells are tried: largest first.
 
 use crate::cell::CellBox;
+use crate::row_program::Active;
 use std::cmp::Ordering;
+use std::rc::Rc;
 
 /// A cell that waits.
 pub struct Waiting {
@@ -12,7 +14,9 @@ pub struct Waiting {
     /// The cell.
     pub cell: CellBox,
     /// Rows that the cell may violate, of the first `n_rows_seen`.
-    pub rows: Vec<u32>,
+    pub rows: Rc<[u32]>,
+    /// Where the programme of the cell around it ended.
+    pub start: Rc<[Active]>,
     /// How many rows there were when it was made.
     pub n_rows_seen: usize,
 }

@@ -4,11 +4,12 @@
 //! that ends early, or goes on after its end, is refused.
 
 use crate::chain::Side;
+use crate::corners;
 use crate::interval::{self, Interval};
 use crate::net::Net;
 use crate::swept::Extent;
-use ipc_types::artefact::{Cell, FrameChoice, PairCertificate, SweptProof, SweptRow};
-use scene::Scene;
+use ipc_types::artefact::{Cell, FrameChoice, NearCorner, PairCertificate, SweptProof, SweptRow};
+use scene::{Scene, Shape};
 
 /// Why the certificate of a pair does not prove what it claims.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -79,6 +80,14 @@ pub enum CellError {
         /// Value.
         value: f64,
     },
+    /// A proof by corners that can not be read.
+    #[error("cell {cell_idx}: its proof by corners is not usable: {problem}")]
+    Corners {
+        /// Position of the node.
+        cell_idx: usize,
+        /// What is wrong.
+        problem: &'static str,
+    },
     /// The plane does not separate.
     #[error("cell {cell_idx}: the proven gap is {gap:e} m, which does not exceed {clearance:e} m")]
     NotSeparated {
@@ -92,6 +101,7 @@ pub enum CellError {
 }
 
 struct Frame {
+    sides: [Side; 2],
     nets: [Net; 2],
     /// Coordinates that may carry a row.
     coordinates: Vec<usize>,
@@ -166,6 +176,17 @@ pub fn verify(
                     return Err(CellError::NotSeparated { cell_idx, gap, clearance: pair.clearance });
                 }
             }
+            Cell::Corners { frame, normal, near, multipliers } => {
+                let frame_idx = usize::from(*frame);
+                let frame = frames
+                    .get_mut(frame_idx)
+                    .and_then(Option::as_mut)
+                    .ok_or(CellError::Frame { cell_idx, frame: frame_idx })?;
+                let shapes =
+                    [&scene.bodies[pair.body_a as usize].shape, &scene.bodies[pair.body_b as usize].shape];
+                let leaf = CornerLeaf { cell_idx, frame_idx, normal, near, multipliers };
+                corners_apart(&leaf, frame, shapes, pair.clearance, rows, &lower, &upper)?;
+            }
         }
     }
     if open.is_empty() {
@@ -173,6 +194,139 @@ pub fn verify(
     } else {
         Err(CellError::TreeEnds { n_cells: proof.cells.len() })
     }
+}
+
+struct CornerLeaf<'a> {
+    cell_idx: usize,
+    frame_idx: usize,
+    normal: &'a [f64; 3],
+    near: &'a [NearCorner],
+    multipliers: &'a [(u32, f64)],
+}
+
+/// Verifies that each corner of the moving body stays beyond the plane of the leaf.
+fn corners_apart(
+    leaf: &CornerLeaf<'_>,
+    frame: &mut Frame,
+    shapes: [&Shape; 2],
+    clearance: f64,
+    rows: &[SweptRow],
+    lower: &[f64],
+    upper: &[f64],
+) -> Result<(), CellError> {
+    let cell_idx = leaf.cell_idx;
+    let refuse = |problem: &'static str| CellError::Corners { cell_idx, problem };
+    let moving = usize::from(frame.sides[0].coordinates().is_empty());
+    if !frame.sides[1 - moving].coordinates().is_empty() {
+        return Err(CellError::Frame { cell_idx, frame: leaf.frame_idx });
+    }
+    let norm = interval::norm(&leaf.normal.map(Interval::point));
+    if !(norm.lo() <= corners::MAX_NORMAL) {
+        return Err(refuse("its normal is longer than a unit"));
+    }
+    let r = if moving == 0 { *leaf.normal } else { leaf.normal.map(|x| -x) };
+    let extent = Extent::new(lower, upper);
+    let side = &frame.sides[moving];
+    let at = corners::Moving::new(side, shapes[moving], &extent, &r)
+        .ok_or_else(|| refuse("it has too many joints or too wide an angle"))?;
+    let n_corners =
+        corners::n_corners(shapes[moving]).ok_or_else(|| refuse("the body that moves has no corners"))?;
+    let radius = corners::radius(shapes[moving], side);
+    let nothing = vec![0.0; lower.len()];
+    let against = frame.nets[1 - moving].least(lower, upper, r.map(|x| -x), &nothing);
+    let against = against.ok_or_else(|| refuse("the body at rest is not bounded"))?;
+    let offset = Interval::point(against.lo()) - norm * radius;
+    let needed = (norm * Interval::point(clearance)).hi().max(0.0);
+    let mut proofs: Vec<Option<(&NearCorner, &[(u32, f64)])>> = vec![None; n_corners];
+    let mut left = leaf.multipliers;
+    for corner in leaf.near {
+        let (own, others) = left
+            .split_at_checked(usize::from(corner.n_multipliers))
+            .ok_or_else(|| refuse("it has too few multipliers"))?;
+        left = others;
+        let place = proofs
+            .get_mut(usize::from(corner.corner))
+            .ok_or_else(|| refuse("it names a corner that the body does not have"))?;
+        *place = Some((corner, own));
+    }
+    for (corner_idx, proof) in proofs.iter().enumerate() {
+        let series = at.series(corner_idx).ok_or_else(|| refuse("the body that moves has no corners"))?;
+        let mut g = vec![0.0; lower.len()];
+        at.coordinates.iter().zip(&series.g).for_each(|(&j, value)| g[j] = *value);
+        let multipliers = proof.map_or(&[][..], |(_, multipliers)| multipliers);
+        let beyond = match proof {
+            Some((corner, _)) if !corner.tangent.is_empty() => {
+                let (slopes, constant) =
+                    row_slopes(cell_idx, &g, multipliers, rows, &at.coordinates, lower, upper, &extent)?;
+                let bound = series.by_tangent(&corner.tangent, &corner.concave, &slopes);
+                let bound = bound.ok_or_else(|| refuse("N does not make the second order convex"))?;
+                Interval::point(bound) + Interval::point(constant)
+            }
+            _ => {
+                let bound = row_bound(cell_idx, &g, multipliers, rows, lower, upper, &extent)?;
+                Interval::point(bound) - Interval::point(series.by_sizes()) - Interval::point(series.rounding)
+            }
+        };
+        let gap = Interval::point(series.value) + offset + beyond;
+        if !(gap.lo() > needed) {
+            return Err(CellError::NotSeparated { cell_idx, gap: gap.lo(), clearance });
+        }
+    }
+    Ok(())
+}
+
+/// g·δ + Σ μ_r (a_r·q − b_r) as slopes by σ, for `coordinates`, and a lower bound of the rest over the box.
+#[allow(clippy::too_many_arguments)]
+fn row_slopes(
+    cell_idx: usize,
+    g: &[f64],
+    multipliers: &[(u32, f64)],
+    rows: &[SweptRow],
+    coordinates: &[usize],
+    lower: &[f64],
+    upper: &[f64],
+    extent: &Extent,
+) -> Result<(Vec<f64>, f64), CellError> {
+    let mut slope: Vec<Interval> = g.iter().map(|&g| Interval::point(g)).collect();
+    let mut sum = Interval::ZERO;
+    for &(row_idx, value) in multipliers {
+        let row = usable_row(cell_idx, row_idx, value, rows, g.len())?;
+        let mu = Interval::point(value);
+        for (j, &a) in row.a.iter().enumerate() {
+            slope[j] = slope[j] + mu * Interval::point(a);
+            sum = sum + mu * Interval::point(a) * Interval::point(extent.center[j]);
+        }
+        sum = sum - mu * Interval::point(row.b);
+    }
+    for j in (0..g.len()).filter(|j| !coordinates.contains(j)) {
+        sum = sum + slope[j] * (Interval::hull(lower[j], upper[j]) - Interval::point(extent.center[j]));
+    }
+    let mut slopes = Vec::with_capacity(coordinates.len());
+    for &j in coordinates {
+        let scaled = slope[j] * Interval::point(extent.half[j]);
+        let middle = 0.5 * scaled.lo() + 0.5 * scaled.hi();
+        slopes.push(middle);
+        let off = scaled - Interval::point(middle);
+        sum = sum - Interval::point(off.magnitude());
+    }
+    Ok((slopes, sum.lo()))
+}
+
+/// The row of a multiplier that may be used.
+fn usable_row(
+    cell_idx: usize,
+    row_idx: u32,
+    value: f64,
+    rows: &[SweptRow],
+    n: usize,
+) -> Result<&SweptRow, CellError> {
+    let row = rows.get(row_idx as usize).filter(|row| row.a.len() == n);
+    row.filter(|_| value >= 0.0 && value.is_finite()).ok_or(CellError::Multiplier {
+        cell_idx,
+        row: row_idx as usize,
+        value,
+        n_rows: rows.len(),
+    })
 }
 
 fn build_frame(scene: &Scene, pair: &PairCertificate, choice: &FrameChoice) -> Option<Frame> {
@@ -191,7 +345,7 @@ fn build_frame(scene: &Scene, pair: &PairCertificate, choice: &FrameChoice) -> O
     }
     let net = |side: &Side, body: u32| Net::new(side, &scene.bodies[body as usize].shape);
     let nets = [net(&sides[0], pair.body_a), net(&sides[1], pair.body_b)];
-    Some(Frame { coordinates: a.into_iter().chain(b).collect(), nets })
+    Some(Frame { coordinates: a.into_iter().chain(b).collect(), sides, nets })
 }
 
 /// Lower bound of `g·δ + Σ μ_r (a_r·q − b_r)` over the box.
@@ -207,10 +361,7 @@ fn row_bound(
     let mut slope: Vec<Interval> = g.iter().map(|&g| Interval::point(g)).collect();
     let mut sum = Interval::ZERO;
     for &(row_idx, value) in multipliers {
-        let row = rows.get(row_idx as usize).filter(|row| row.a.len() == g.len());
-        let (Some(row), true) = (row, value >= 0.0 && value.is_finite()) else {
-            return Err(CellError::Multiplier { cell_idx, row: row_idx as usize, value, n_rows: rows.len() });
-        };
+        let row = usable_row(cell_idx, row_idx, value, rows, g.len())?;
         let mu = Interval::point(value);
         for (slope, &a) in slope.iter_mut().zip(&row.a) {
             if a != 0.0 {

@@ -7,6 +7,7 @@ pub mod answer;
 pub mod body;
 pub mod cells;
 pub mod chain;
+pub mod corners;
 pub mod exact;
 pub mod interval;
 pub mod motion;

@@ -1,0 +1,90 @@
+//! What a leaf that was proven by corners proves, evaluated anew.
+
+use crate::cell::CellBox;
+use crate::corner_bound::{JointsAt, MAX_JOINTS, concave_matrix};
+use crate::pair_model::PairModel;
+use crate::rows::Rows;
+use ipc_types::artefact::NearCorner;
+use nalgebra::Vector3;
+
+/// The contents of `ipc_types::artefact::Cell::Corners`.
+pub struct CornerLeaf<'a> {
+    /// Position of the frame.
+    pub frame: u16,
+    /// Normal.
+    pub normal: &'a [f64; 3],
+    /// Corners that need multipliers or a tangent.
+    pub near: &'a [NearCorner],
+    /// Their multipliers; they name rows that exist.
+    pub multipliers: &'a [(u32, f64)],
+}
+
+impl CornerLeaf<'_> {
+    /// The gap that it proves on `cell`, metres; minus infinity if it does not fit the pair.
+    pub fn gap(&self, model: &PairModel, rows: &Rows, cell: &CellBox) -> f64 {
+        let fits = |pair: &&crate::corner_bound::CornerPair| pair.frame_idx == usize::from(self.frame);
+        let Some(pair) = model.corners.as_ref().filter(fits) else { return f64::NEG_INFINITY };
+        let n = Vector3::from(*self.normal);
+        let frame = &model.frames[pair.frame_idx];
+        let (side, rest) = (&frame.sides[pair.moving], &frame.sides[1 - pair.moving]);
+        if !(n.norm() <= 1.0 + 1e-12) {
+            return f64::NEG_INFINITY;
+        }
+        let r = if pair.moving == 0 { n } else { -n };
+        let support = rest.core.support((rest.R_tail.tr_mul(&r)).into());
+        let offset = -(r.dot(&rest.p_tail) + support) - model.radius;
+        let joints = JointsAt::new(model, pair, cell);
+        let at_normal = joints.with_normal(&r);
+        let mut own: Vec<Option<(&NearCorner, &[(u32, f64)])>> = vec![None; pair.corners.len()];
+        let mut left = self.multipliers;
+        for corner in self.near {
+            let (Some((multipliers, others)), Some(place)) = (
+                left.split_at_checked(usize::from(corner.n_multipliers)),
+                own.get_mut(usize::from(corner.corner)),
+            ) else {
+                return f64::NEG_INFINITY;
+            };
+            (*place, left) = (Some((corner, multipliers)), others);
+        }
+        let mut least = f64::INFINITY;
+        for (x, own) in pair.corners.iter().zip(own) {
+            let series = at_normal.series(x);
+            let multipliers = own.map_or(&[][..], |(_, multipliers)| multipliers);
+            let tangent = own.map_or(&[][..], |(corner, _)| &corner.tangent);
+            let concave = own.map_or(&[][..], |(corner, _)| &corner.concave);
+            let first = series.value + offset;
+            let mut g = vec![0.0; cell.lower.len()];
+            side.steps.iter().zip(&series.g).for_each(|(step, value)| g[step.coordinate] = *value);
+            if tangent.is_empty() {
+                least = least.min(first - series.crude() + rows.bound(cell, &g, multipliers));
+                continue;
+            }
+            let n = side.steps.len();
+            if tangent.len() != n || !concave.len().is_multiple_of(n) {
+                return f64::NEG_INFINITY;
+            }
+            let joints_of = |values: &[f32]| -> [f32; MAX_JOINTS] {
+                std::array::from_fn(|k| values.get(k).copied().unwrap_or(0.0))
+            };
+            let w: Vec<[f32; MAX_JOINTS]> = concave.chunks_exact(n).map(joints_of).collect();
+            let N = concave_matrix(&w, n);
+            if !series.is_convex_with(&N) {
+                return f64::NEG_INFINITY;
+            }
+            let (slopes, constant) = series.tangent(&N, &joints_of(tangent));
+            for (slope, step) in slopes.iter().zip(&side.steps) {
+                g[step.coordinate] += slope / cell.half(step.coordinate).max(f64::MIN_POSITIVE);
+            }
+            let mut s = [0.0; MAX_JOINTS];
+            for (s, step) in s.iter_mut().zip(&side.steps) {
+                let j = step.coordinate;
+                let by_rows: f64 = multipliers.iter().map(|&(row, mu)| mu * rows.a[row as usize][j]).sum();
+                *s = (g[j] + by_rows) * cell.half(j);
+            }
+            let spread: f64 = s.iter().map(|s| s.abs()).sum();
+            let bound = rows.bound(cell, &g, multipliers);
+            least = least.min(first + constant + bound + spread + series.least_at_corners(&N, &s));
+        }
+        least
+    }
+}
