@@ -299,15 +299,7 @@ impl Certifier {
         let hard: Vec<usize> = (0..self.pairs.len()).filter(|&idx| proofs[idx].is_none()).collect();
         if !hard.is_empty() && self.options.cuts_allowed() {
             let models: Vec<&PairModel> = hard.iter().map(|&idx| &self.pairs[idx]).collect();
-            let t = std::time::Instant::now();
             shared.clean_up(&models, &region, &guide, &self.options);
-            eprintln!(
-                "TRACE hard {} cleaned: rows {} kept {:.4} {:.2?}",
-                hard.len(),
-                shared.rows.active().len(),
-                shared.guide.as_ref().map_or(1.0, Guide::kept),
-                t.elapsed()
-            );
         }
         for chunk in hard.chunks(N_LANES) {
             let base = shared.rows.clone();
@@ -333,16 +325,6 @@ impl Certifier {
                 if !proof.proof.cuts.is_empty() {
                     shared.join(&mut proof, &guide);
                 }
-                eprintln!(
-                    "TRACE pair {:?} {} {}: tried {} cells {} cuts {} kept {:.4}",
-                    self.pairs[idx].pair,
-                    self.pairs[idx].pair.body_a,
-                    self.pairs[idx].pair.body_b,
-                    proof.proof.n_tried,
-                    proof.proof.cells.len(),
-                    proof.proof.cuts.len(),
-                    shared.guide.as_ref().map_or(1.0, Guide::kept)
-                );
                 proofs[idx] = Some(proof);
             }
             shared.rows.prune(&mut RowProgram::default(), &self.limits);

@@ -322,23 +322,35 @@ impl Series {
     pub fn least_at_corners(&self, N: &Matrix, s: &[f64; MAX_JOINTS]) -> f64 {
         let n = self.n;
         let mut least = f64::INFINITY;
-        for signs in 0..1_usize << n {
-            let sign: [f64; MAX_JOINTS] =
-                std::array::from_fn(|i| if signs >> i & 1 == 1 { -1.0 } else { 1.0 });
-            let (mut sum, mut at) = (0.0, 0);
-            for i in 0..n {
-                let mut of_i = s[i];
-                for j in i + 1..n {
-                    let mut last = -N[i][j];
-                    for k in j + 1..n {
-                        last += sign[k] * self.cubic[at];
-                        at += 1;
-                    }
-                    of_i += sign[j] * last;
+        // Blocks of corners that differ in the first joints only are summed side by side.
+        let n_lanes = N_LANE_BITS.min(n);
+        for signs in 0..1_usize << (n - n_lanes) {
+            let mut sign = [[1.0; 1 << N_LANE_BITS]; MAX_JOINTS];
+            for (i, of_joint) in sign.iter_mut().enumerate() {
+                for (lane, sign) in of_joint.iter_mut().enumerate() {
+                    let bits = if i < n_lanes { lane >> i } else { signs >> (i - n_lanes) };
+                    *sign = if bits & 1 == 1 { -1.0 } else { 1.0 };
                 }
-                sum += sign[i] * of_i;
             }
-            least = least.min(sum);
+            let (mut sum, mut at) = ([0.0; 1 << N_LANE_BITS], 0);
+            for i in 0..n {
+                let mut of_i = [s[i]; 1 << N_LANE_BITS];
+                for j in i + 1..n {
+                    let mut last = [-N[i][j]; 1 << N_LANE_BITS];
+                    for k in j + 1..n {
+                        let cubic = self.cubic[at];
+                        at += 1;
+                        last.iter_mut().zip(&sign[k]).for_each(|(last, sign)| *last += sign * cubic);
+                    }
+                    for ((of_i, sign), last) in of_i.iter_mut().zip(&sign[j]).zip(&last) {
+                        *of_i += sign * last;
+                    }
+                }
+                for ((sum, sign), of_i) in sum.iter_mut().zip(&sign[i]).zip(&of_i) {
+                    *sum += sign * of_i;
+                }
+            }
+            least = sum.iter().fold(least, |least, &sum| least.min(sum));
         }
         let diagonal: f64 = (0..n).map(|i| N[i][i]).sum();
         least - 0.5 * diagonal - self.rest - self.fourth - self.rounding
@@ -469,6 +481,8 @@ fn eigen(A: &Matrix, n: usize) -> ([f64; MAX_JOINTS], Matrix) {
 const SECOND_GAIN: f64 = 0.375;
 /// A cell is wide for a series if the fourth order is this share of what it takes away.
 const WIDE_SHARE: f64 = 0.4;
+/// Corners of a cell that are summed side by side: 2 to this power.
+const N_LANE_BITS: usize = 3;
 /// Sweeps of Jacobi's rotations; what they leave is accounted for.
 const N_SWEEPS: usize = 5;
 /// Times the chain's length, the polynomial of the widths: more than the verifier takes off for rounding.

@@ -4,16 +4,17 @@
 //! half-space on which its plane separates, or a face of the region moved inwards), and is split otherwise.
 //! Source: mathematics.md 2.1, certificates.md section 4.
 
+mod corner_cells;
+mod cuts;
+
 use crate::cell::{CellBox, CellTree};
-use crate::clean_up::{CleanUp, NEAR_SHARE, cut as cut_collision};
 use crate::control_net::{ControlNet, MAX_HALF_ANGLE};
 use crate::corner_bound::CornerPair;
-use crate::corner_search::{CornerAnswer, CornerTask, OpenCorner};
 use crate::guide::Guide;
 use crate::normals::better_normal;
 use crate::options::CertifyOptions;
 use crate::pair_model::{PairModel, Plane, Tangent};
-use crate::region_data::{RegionData, keeps};
+use crate::region_data::RegionData;
 use crate::row_program::{Active, RowProgram};
 use crate::rows::{Multipliers, RowBound, Rows};
 use crate::waiting::Waiting;
@@ -310,103 +311,6 @@ impl Search<'_> {
         }
     }
 
-    /// As [`Search::treat`], by the series of the corners.
-    fn treat_corners(
-        &mut self,
-        net: &mut ControlNet,
-        node: usize,
-        cell: &CellBox,
-        pair: &CornerPair,
-    ) -> Result<(), String> {
-        loop {
-            let mut program = std::mem::take(&mut self.program);
-            let (relevant, start) = (&self.relevant[..], &self.start[..]);
-            let task = CornerTask { model: self.model, pair, rows: &self.rows, relevant, start };
-            let answer = task.attempt(&mut program, cell);
-            let open = match answer {
-                CornerAnswer::Closed(leaf) => {
-                    self.program = program;
-                    self.tree.close(node, leaf);
-                    return Ok(());
-                }
-                CornerAnswer::Open(open) => open,
-            };
-            let split_at = task.split_coordinate(cell, &open);
-            self.start = program.basis().into();
-            self.program = program;
-            if open.is_wide() && open.holds_to_first_order(self.model.demand()) {
-                match self.attempt(net, self.frame_order[0], cell) {
-                    Answer::Empty(multipliers) => {
-                        self.tree.close(node, Cell::Empty { multipliers });
-                        return Ok(());
-                    }
-                    Answer::Apart(frame_idx, plane, multipliers) => {
-                        let with_row = multipliers.is_some();
-                        self.close(node, frame_idx, &plane, with_row, multipliers.unwrap_or_default());
-                        return Ok(());
-                    }
-                    Answer::Open(_) => {}
-                }
-            }
-            let displacement = self.model.displacement(cell);
-            if self.options.cuts_allowed() {
-                let n_rows_before = self.rows.len();
-                let loss = self.allowed_loss(displacement);
-                if self.cut_contact(&open) || self.cut(net, cell, &attempt_of(pair, &open), loss).is_some() {
-                    // The region has a face more, which this cell is tried again with.
-                    self.note_new_rows(n_rows_before);
-                    self.n_tried += 1;
-                    if self.n_tried > self.options.max_cells {
-                        self.queue.push(self.waiting(node, cell.clone()));
-                        return Ok(());
-                    }
-                    continue;
-                }
-            }
-            if displacement < self.options.give_up {
-                return Err(self.given_up());
-            }
-            return match split_at {
-                Some(j) if cell.lower[j] < cell.center(j) && cell.center(j) < cell.upper[j] => {
-                    self.split(node, cell.clone(), j);
-                    Ok(())
-                }
-                _ => Err(NO_SPLIT.to_owned()),
-            };
-        }
-    }
-
-    /// Cuts a collision, or what comes too near one, off where the pair is nearest in the cell.
-    fn cut_contact(&mut self, open: &OpenCorner) -> bool {
-        let (at, gap) = &open.nearest;
-        if *gap > self.model.clearance + NEAR_SHARE * NEAR_SHARE * self.options.room {
-            return false;
-        }
-        let region = self.region;
-        let may_cut = |a: &[f64], b: f64| keeps(region, a, b);
-        let guide = self.guide.get_or_insert_with(region.guide);
-        let max_loss =
-            self.options.max_clean_up_loss.min((guide.least_kept() - self.options.min_kept).max(0.0));
-        let task = CleanUp {
-            limits: region.limits,
-            center: region.center,
-            may_cut: &may_cut,
-            max_loss,
-            room: self.options.room,
-        };
-        let has_cut = cut_collision(self.model, &mut self.rows, guide, &task, at);
-        if has_cut {
-            self.prune_now_and_then();
-        }
-        has_cut
-    }
-
-    fn prune_now_and_then(&mut self) {
-        if (self.rows.len() - self.region.rows.len()).is_multiple_of(CUTS_BETWEEN_PRUNINGS) {
-            self.rows.prune(&mut self.program, self.region.limits);
-        }
-    }
-
     fn given_up(&self) -> String {
         let what = if self.options.cuts_allowed() { "no cut keeps the centre" } else { "cuts are forbidden" };
         format!("no plane separates the bodies around it, and {what}")
@@ -597,105 +501,8 @@ impl Search<'_> {
         self.relevant.truncate(n_relevant);
         Some((node, cell))
     }
-
-    /// Share of the samples that a cut for a cell of this displacement may lose now.
-    fn allowed_loss(&self, displacement: f64) -> f64 {
-        let options = self.options;
-        if displacement < options.give_up {
-            1.0 - options.min_kept
-        } else if displacement < options.thin {
-            options.max_thin_cut_loss.max(options.max_cut_loss)
-        } else {
-            let doublings = (self.n_tried / options.cells_per_doubling.max(1)).min(60);
-            (options.first_cut_loss * 2_f64.powi(doublings as i32)).min(options.max_cut_loss)
-        }
-    }
-
-    /// Cuts the region so that the plane separates the bodies on the cell, if a cut keeps what it must and loses at most
-    /// the share `loss`; returns the plane and its multipliers.
-    fn cut(
-        &mut self,
-        net: &mut ControlNet,
-        cell: &CellBox,
-        attempt: &Attempt,
-        loss: f64,
-    ) -> Option<(Plane, Multipliers)> {
-        let (frame_idx, multipliers) = (attempt.frame_idx, &attempt.multipliers);
-        let computed;
-        let plane = match &attempt.plane {
-            Some(plane) => plane,
-            None => {
-                computed = self.model.kappa(net, frame_idx, cell, &attempt.n, &attempt.g);
-                &computed
-            }
-        };
-        let gap = plane.kappa[1] + attempt.bound;
-        let demand = self.model.clearance + self.options.cut_margin.max(2.0 * self.model.margin);
-        let mut candidates: Vec<(Vec<f64>, f64, Option<u32>, Multipliers)> = Vec::new();
-        // A face that the bound leans on, moved inwards until the gap is there.
-        for (position, &(row, mu)) in multipliers.iter().enumerate() {
-            let shift = (demand - gap) / mu;
-            let b = self.rows.b[row as usize] - shift;
-            let mut moved = multipliers.clone();
-            moved[position].0 = self.rows.len() as u32;
-            candidates.push((self.rows.a[row as usize].clone(), b, Some(row), moved));
-        }
-        // The half-space of the plane: g·δ ≥ demand − κ.
-        let norm = plane.g.iter().map(|g| g * g).sum::<f64>().sqrt();
-        if norm > 0.0 {
-            let at_center: f64 = plane.g.iter().enumerate().map(|(j, g)| g * cell.center(j)).sum();
-            // 0 − 0 is 0, not −0.
-            let a: Vec<f64> = plane.g.iter().map(|g| 0.0 - g / norm).collect();
-            let b = (plane.kappa[1] - demand - at_center) / norm;
-            candidates.push((a, b, None, vec![(self.rows.len() as u32, norm)]));
-        }
-        let guide = self.guide.get_or_insert_with(self.region.guide);
-        let room = guide.least_kept() - self.options.min_kept;
-        let mut judged: Vec<(f64, usize)> = Vec::new();
-        for (position, (a, b, ..)) in candidates.iter().enumerate() {
-            if keeps(self.region, a, *b)
-                && let Some(loss) = guide.loss(a, *b, loss.min(room))
-            {
-                judged.push((loss, position));
-            }
-        }
-        // Moved faces come first: of cuts that lose the same they leave fewer faces.
-        judged.sort_by(|x, y| x.0.total_cmp(&y.0).then(x.1.cmp(&y.1)));
-        for (_, position) in judged {
-            let (a, b, superseded, multipliers) = candidates[position].clone();
-            self.rows.push(a, b, superseded);
-            let bound = self.rows.bound(cell, &plane.g, &multipliers);
-            if plane.kappa[1] + bound > self.model.demand() {
-                let row = self.rows.len() - 1;
-                if let Some(guide) = &mut self.guide {
-                    guide.cut(&self.rows.a[row], self.rows.b[row]);
-                }
-                let plane = plane.clone();
-                self.prune_now_and_then();
-                return Some((plane, multipliers));
-            }
-            self.rows.pop(superseded);
-        }
-        None
-    }
 }
 
 fn centers_and_halves(cell: &CellBox) -> (Vec<f64>, Vec<f64>) {
     (cell.centers(), (0..cell.lower.len()).map(|j| cell.half(j)).collect())
-}
-
-/// What a cut needs to know of a corner that comes too near.
-fn attempt_of(pair: &CornerPair, open: &OpenCorner) -> Attempt {
-    let kappa = [f64::NEG_INFINITY, open.kappa];
-    Attempt {
-        frame_idx: pair.frame_idx,
-        gap: open.kappa + open.bound,
-        n: open.n,
-        g: open.g.clone(),
-        plane: Some(Plane { n: open.n, g: open.g.clone(), kappa, paths: Default::default() }),
-        with_row: true,
-        multipliers: open.multipliers.clone(),
-        bound: open.bound,
-        witnesses: Vec::new(),
-    }
 }
