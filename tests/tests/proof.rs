@@ -4,6 +4,8 @@
 mod answer_damage;
 #[path = "proof/certificate_damage.rs"]
 mod certificate_damage;
+#[path = "proof/corner_damage.rs"]
+mod corner_damage;
 #[path = "proof/damage.rs"]
 mod damage;
 #[path = "proof/sum_damage.rs"]
@@ -11,7 +13,7 @@ mod sum_damage;
 
 use damage::{Damage, all_damages};
 use pipeline_tests::judge::Judge;
-use pipeline_tests::programs::{Finished, bytes, plan, program};
+use pipeline_tests::programs::{Finished, Word, bytes, plan, program, run};
 use pipeline_tests::scenes::scene;
 use std::path::Path;
 
@@ -60,6 +62,19 @@ fn sums_of_squares_are_accepted_and_every_damage_to_them_is_named() {
     assert_eq!(judge.colliding_samples(), 0);
     judge.judge_motion();
     each_is_named(folder.path(), &good, sum_damage::all());
+}
+
+/// The same for cells by the corners of the bodies of an arm.
+#[test]
+fn cells_by_corners_are_accepted_and_every_damage_to_them_is_named() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let good = folder.path().join("good");
+    let at = "--region-at=-0.000155,0.397273,0.00022,-1.367476,0.000247,-0.192952,1.570469";
+    let scene = scene("iiwa14-shelf");
+    let arguments: [Word<'_>; 6] = [&"regions", &scene, &"--out", &good, &at, &"--radius=0.2"];
+    run("regrasp", &arguments).expect_code(0);
+    check(&good).expect_code(0);
+    each_is_named(folder.path(), &good, corner_damage::all());
 }
 
 /// Each damage to a copy of the run `good` is rejected with the words expected.

@@ -341,3 +341,122 @@ impl Series {
         least
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::interval;
+    use proptest::prelude::*;
+
+    /// A chain of `kinds` (0: slide) with axes and offsets from `numbers`.
+    fn side(kinds: &[u8], numbers: &[f64]) -> Side {
+        let mut steps = Vec::new();
+        let mut numbers = numbers.iter().copied().cycle();
+        let mut next = || numbers.next().unwrap_or(0.3);
+        for (coordinate, kind) in kinds.iter().enumerate() {
+            let (axis, angle) = (unit([next(), next(), next()]), Interval::point(3.0 * next()));
+            let (sin, cos) = angle.sin_cos();
+            let R = crate::swept::rotation(&axis.map(Interval::point), sin, cos, Interval::ONE);
+            steps.push(Step::Fixed { R, p: interval::point3(next(), next(), next()) });
+            let axis = unit([next(), next(), next()]).map(Interval::point);
+            let sign = if next() > 0.0 { 1.0 } else { -1.0 };
+            steps.push(match kind {
+                0 => Step::Slide { axis, sign, coordinate },
+                _ => Step::Turn { axis, sign, coordinate },
+            });
+        }
+        Side { steps, inflation: 0.0 }
+    }
+
+    fn unit(v: V) -> V {
+        let norm = dot(&v, &v).sqrt();
+        if norm > 1e-3 { v.map(|x| x / norm) } else { [0.0, 0.0, 1.0] }
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(300))]
+        #[test]
+        fn the_gap_stays_above_the_bounds(
+            kinds in prop::collection::vec(0_u8..5, 1..=8),
+            numbers in prop::collection::vec(-1.0_f64..1.0, 90),
+            width in 0.01_f64..0.6,
+            corner in 0_usize..8,
+            taus in prop::collection::vec(-1.0_f32..1.0, 8),
+            shifts in prop::collection::vec(-0.2_f64..0.2, 8),
+            samples in prop::collection::vec(prop::collection::vec(-1.0_f64..1.0, 8), 40),
+        ) {
+            let n = kinds.len();
+            let side = side(&kinds, &numbers);
+            let shape = Shape::Box { half_extents: [0.3, 0.2, 0.1].into() };
+            let r = unit([numbers[0], numbers[1], numbers[2]]).map(|x| (1.0 - 1e-15) * x);
+            let half: Vec<f64> = (0..n).map(|k| width * (0.6 + 0.4 * numbers[k + 3])).collect();
+            let center: Vec<f64> = (0..n).map(|k| 2.0 * numbers[k + 20]).collect();
+            let at = |center: Vec<f64>, half: Vec<f64>| {
+                let moving = Moving::new(&side, &shape, &Extent { center, half }, &r).expect("few joints");
+                moving.series(corner).expect("a corner")
+            };
+            let series = at(center.clone(), half.clone());
+            let tau = &taus[..n];
+            // Diagonal, and as large as the rows of Ĥ: what is convex with it for sure.
+            let mut w = vec![0.0_f32; n * n];
+            for i in 0..n {
+                let row: f64 = series.hessian[i].iter().map(|x| x.abs()).sum();
+                w[i * n + i] = (row.sqrt() as f32).next_up();
+            }
+            let slopes: Vec<f64> = (0..n).map(|k| series.g[k] * half[k] + shifts[k]).collect();
+            let bound = series.by_tangent(tau, &w, &slopes).expect("it is convex");
+            let mut most = 0.0_f64;
+            for (sample_idx, sample) in samples.iter().enumerate() {
+                let sigma: Vec<f64> =
+                    sample[..n].iter().map(|s| if sample_idx % 2 == 0 { *s } else { s.signum() }).collect();
+                let q: Vec<f64> = (0..n).map(|k| center[k] + half[k] * sigma[k]).collect();
+                let gap = at(q, vec![0.0; n]).value - series.value;
+                let linear: f64 = (0..n).map(|k| series.g[k] * half[k] * sigma[k]).sum();
+                let shifted: f64 = gap + sigma.iter().zip(&shifts).map(|(s, shift)| s * shift).sum::<f64>();
+                prop_assert!((gap - linear).abs() <= series.by_sizes() + series.rounding, "by sizes");
+                prop_assert!(shifted >= bound, "{shifted} < {bound}");
+                most = most.max((gap - linear).abs());
+            }
+            // Neither says nothing.
+            prop_assert!(series.by_sizes() <= 200.0 * most + 1e-6, "{} for {most}", series.by_sizes());
+        }
+    }
+
+    #[test]
+    fn a_second_order_that_stays_concave_is_refused() {
+        // A point turns about z and is seen along x: its gap is largest at 0.
+        let side = side(&[1], &[0.0]);
+        let side = Side {
+            steps: side
+                .steps
+                .into_iter()
+                .map(|step| match step {
+                    Step::Fixed { R, .. } => Step::Fixed { R, p: interval::point3(0.0, 0.0, 0.0) },
+                    other => other,
+                })
+                .chain([Step::Fixed {
+                    R: crate::swept::rotation(
+                        &interval::point3(0.0, 0.0, 1.0),
+                        Interval::ZERO,
+                        Interval::ONE,
+                        Interval::ONE,
+                    ),
+                    p: interval::point3(1.0, 0.0, 0.0),
+                }])
+                .collect(),
+            inflation: 0.0,
+        };
+        let extent = Extent { center: vec![0.0], half: vec![0.1] };
+        let shape = Shape::Sphere { radius: 0.0 };
+        let moving = Moving::new(&side, &shape, &extent, &[1.0, 0.0, 0.0]).expect("one joint");
+        let series = moving.series(0).expect("a point");
+        assert!((series.hessian[0][0] + 0.01).abs() < 1e-9, "{}", series.hessian[0][0]);
+        assert_eq!(series.by_tangent(&[0.0], &[0.0999], &[0.0]), None);
+        let bound = series.by_tangent(&[0.0], &[0.1001], &[0.0]).expect("it is convex");
+        let least = 0.1_f64.cos() - 1.0;
+        assert!(bound <= least && least < bound + 1e-4, "{bound} for {least}");
+        assert_eq!(series.by_tangent(&[0.0, 0.0], &[0.1001], &[0.0]), None);
+        assert_eq!(series.by_tangent(&[f32::NAN], &[0.1001], &[0.0]), None);
+        assert_eq!(series.by_tangent(&[0.0], &[0.1, 0.1, f32::INFINITY], &[0.0]), None);
+    }
+}

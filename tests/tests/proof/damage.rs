@@ -37,8 +37,8 @@ pub fn forge<A: Artefact>(run: &Path, stage: &str, name: &str, change: impl Fn(&
 }
 
 /// Changes the certificates.
-pub fn certificates(change: fn(&mut CertificatesFile)) -> Box<dyn Fn(&Path)> {
-    Box::new(move |run| forge(run, "certify", "certificates", change))
+pub fn certificates(change: impl Fn(&mut CertificatesFile) + 'static) -> Box<dyn Fn(&Path)> {
+    Box::new(move |run| forge(run, "certify", "certificates", &change))
 }
 
 /// Changes the regions.

@@ -167,7 +167,7 @@ fn corrupted_certificates_are_searched_anew() {
             let mut damaged = region.certificate.clone();
             let PairProof::Swept(proof) = &mut damaged.pairs[pair_idx].proof else { continue };
             for cell in &mut proof.cells {
-                if let Cell::Separated { normal, .. } = cell {
+                if let Cell::Separated { normal, .. } | Cell::Corners { normal, .. } = cell {
                     *normal = normal.map(|v| -v);
                 }
             }

@@ -36,6 +36,7 @@ fn scenes(seed: u64) -> [Scene; 2] {
 #[test]
 fn no_certified_cell_holds_a_collision() {
     let (mut n_boxes, mut n_in_region) = (0, 0);
+    let (mut n_by_corners, mut n_by_tangents) = (0, 0);
     for (seed, scene) in (0..40).flat_map(|seed| scenes(seed).map(|scene| (seed, scene))) {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         let clearance = if seed % 3 == 1 { 0.01 } else { 0.0 };
@@ -48,11 +49,16 @@ fn no_certified_cell_holds_a_collision() {
             let leaves = leaves(&proof.cells, &scene);
             // The whole box of a cell that needs no row of the region.
             for (lower, upper, cell) in &leaves {
-                let Cell::Separated { g, multipliers, .. } = cell else { continue };
-                if !(g.is_empty() && multipliers.is_empty()) {
-                    continue;
+                match cell {
+                    Cell::Separated { g, multipliers, .. } if g.is_empty() && multipliers.is_empty() => {
+                        n_boxes += 1;
+                    }
+                    Cell::Corners { near, multipliers, .. } if multipliers.is_empty() => {
+                        n_by_corners += 1;
+                        n_by_tangents += usize::from(near.iter().any(|near| !near.tangent.is_empty()));
+                    }
+                    _ => continue,
                 }
-                n_boxes += 1;
                 for sample in 0..30 {
                     let q: Vec<f64> = (0..scene.dim())
                         .map(|j| {
@@ -75,7 +81,7 @@ fn no_certified_cell_holds_a_collision() {
                 };
                 let is_on_a_face = !region.polyhedron.contains(q, -1e-9);
                 assert!(
-                    is_on_a_face || matches!(cell, Cell::Separated { .. }),
+                    is_on_a_face || matches!(cell, Cell::Separated { .. } | Cell::Corners { .. }),
                     "{q:?} is said not to be there"
                 );
                 assert!(checker.pair_is_free(pair_idx, q.as_slice()), "scene {seed}, pair {pair_idx}: {q:?}");
@@ -84,6 +90,10 @@ fn no_certified_cell_holds_a_collision() {
         }
     }
     assert!(n_boxes > 100 && n_in_region > 10_000, "{n_boxes} cells, {n_in_region} samples of regions");
+    assert!(
+        n_by_corners > 100 && n_by_tangents >= 5,
+        "{n_by_corners} by corners, {n_by_tangents} by tangents"
+    );
 }
 
 /// Point of the Bézier curve.
