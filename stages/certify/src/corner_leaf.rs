@@ -7,6 +7,9 @@ use crate::rows::Rows;
 use ipc_types::artefact::NearCorner;
 use nalgebra::Vector3;
 
+/// What a leaf says of a corner, and its multipliers.
+type OwnProof<'a> = (&'a NearCorner, &'a [(u32, f64)]);
+
 /// The contents of `ipc_types::artefact::Cell::Corners`.
 pub struct CornerLeaf<'a> {
     /// Position of the frame.
@@ -35,7 +38,7 @@ impl CornerLeaf<'_> {
         let offset = -(r.dot(&rest.p_tail) + support) - model.radius;
         let joints = JointsAt::new(model, pair, cell);
         let at_normal = joints.with_normal(&r);
-        let mut own: Vec<Option<(&NearCorner, &[(u32, f64)])>> = vec![None; pair.corners.len()];
+        let mut own: Vec<Option<OwnProof<'_>>> = vec![None; pair.corners.len()];
         let mut left = self.multipliers;
         for corner in self.near {
             let (Some((multipliers, others)), Some(place)) = (

@@ -204,6 +204,9 @@ struct CornerLeaf<'a> {
     multipliers: &'a [(u32, f64)],
 }
 
+/// What a leaf says of a corner, and its multipliers.
+type CornerProof<'a> = (&'a NearCorner, &'a [(u32, f64)]);
+
 /// Verifies that each corner of the moving body stays beyond the plane of the leaf.
 fn corners_apart(
     leaf: &CornerLeaf<'_>,
@@ -221,7 +224,7 @@ fn corners_apart(
         return Err(CellError::Frame { cell_idx, frame: leaf.frame_idx });
     }
     let norm = interval::norm(&leaf.normal.map(Interval::point));
-    if !(norm.lo() <= corners::MAX_NORMAL) {
+    if !(norm.hi() <= corners::MAX_NORMAL) {
         return Err(refuse("its normal is longer than a unit"));
     }
     let r = if moving == 0 { *leaf.normal } else { leaf.normal.map(|x| -x) };
@@ -237,7 +240,7 @@ fn corners_apart(
     let against = against.ok_or_else(|| refuse("the body at rest is not bounded"))?;
     let offset = Interval::point(against.lo()) - norm * radius;
     let needed = (norm * Interval::point(clearance)).hi().max(0.0);
-    let mut proofs: Vec<Option<(&NearCorner, &[(u32, f64)])>> = vec![None; n_corners];
+    let mut proofs: Vec<Option<CornerProof<'_>>> = vec![None; n_corners];
     let mut left = leaf.multipliers;
     for corner in leaf.near {
         let (own, others) = left

@@ -33,9 +33,12 @@ pub fn all() -> Vec<Damage> {
     vec![
         damage(
             "a normal is turned round",
-            leaf(|normal, _, _| {
-                *normal = normal.map(|x| -x);
-                true
+            leaf(|normal, near, _| {
+                let takes = near.iter().all(|corner| corner.tangent.is_empty());
+                if takes {
+                    *normal = normal.map(|x| -x);
+                }
+                takes
             }),
             "the proven gap is",
         ),
@@ -95,7 +98,7 @@ pub fn all() -> Vec<Damage> {
         damage(
             "the concave part is far too large",
             leaf(|_, near, _| {
-                by_tangent(near).map(|corner| corner.concave.iter_mut().for_each(|w| *w = 3.0)).is_some()
+                by_tangent(near).map(|corner| corner.concave.iter_mut().for_each(|w| *w *= 1e3)).is_some()
             }),
             "the proven gap is",
         ),
