@@ -233,11 +233,8 @@ impl Certifier {
         let bounds = coordinate_bounds(&rows, &self.limits);
         // In more dimensions more of a region lies beside its faces, where cuts are made: more samples, smaller cuts.
         let scale = self.limits.lower.len().saturating_sub(3).max(1);
-        let options = CertifyOptions {
-            max_cut_loss: self.options.max_cut_loss / scale as f64,
-            cells_per_doubling: self.options.cells_per_doubling * (scale * scale) as u64,
-            ..self.options.clone()
-        };
+        let options =
+            CertifyOptions { max_cut_loss: self.options.max_cut_loss / scale as f64, ..self.options.clone() };
         let n_samples = if options.cuts_allowed() { options.guide_samples * scale } else { 0 };
         // Regions that need no cut need no samples.
         let samples: OnceLock<Guide> = OnceLock::new();

@@ -39,8 +39,7 @@ pub struct CertifyOptions {
     /// dimensions it is divided by n − 3. 0: no cut is made, and a region that needs one is rejected.
     #[arg(long, default_value_t = 1e-3)]
     pub max_cut_loss: f64,
-    /// Cells of a pair after which the share of a cut doubles; (n − 3)² times as many in n > 4 dimensions. Larger: more
-    /// time, more volume.
+    /// Cells of a pair after which the share of a cut doubles. Larger: more time, more volume.
     #[arg(long, default_value_t = 2000)]
     pub cells_per_doubling: u64,
     /// Share of the samples that a cut may lose where a cell is thin (see `thin`).
@@ -68,7 +67,7 @@ pub struct CertifyOptions {
     #[arg(long, default_value_t = 0.25)]
     pub min_kept: f64,
     /// Cells that a pair may use in one region before it is given up.
-    #[arg(long, default_value_t = 2_000_000)]
+    #[arg(long, default_value_t = 400_000)]
     pub max_cells: u64,
     /// Sums of squares: the width of a region is found up to this share of it. Smaller: more volume, more time.
     #[arg(long, default_value_t = 0.005)]
@@ -105,7 +104,7 @@ impl Default for CertifyOptions {
             give_up: 1e-5,
             cut_margin: 1e-7,
             min_kept: 0.25,
-            max_cells: 2_000_000,
+            max_cells: 400_000,
             shrink_resolution: 0.005,
             min_width: 0.1,
             max_rows: 12,

@@ -3,10 +3,11 @@
 use crate::damage::{Damage, certificates, damage};
 use ipc_types::artefact::{Cell, CertificatesFile, NearCorner, PairProof};
 
+/// Changes normal, corners and multipliers of a leaf; whether it took it.
+type Change = fn(&mut [f64; 3], &mut Vec<NearCorner>, &mut Vec<(u32, f64)>) -> bool;
+
 /// Applies `change` to the first leaf by corners that it takes.
-fn leaf(
-    change: fn(&mut [f64; 3], &mut Vec<NearCorner>, &mut Vec<(u32, f64)>) -> bool,
-) -> Box<dyn Fn(&std::path::Path)> {
+fn leaf(change: Change) -> Box<dyn Fn(&std::path::Path)> {
     certificates(move |file: &mut CertificatesFile| {
         let proofs = file.regions.iter_mut().flat_map(|region| &mut region.pairs).map(|pair| &mut pair.proof);
         let cells = proofs.flat_map(|proof| match proof {
