@@ -9,7 +9,7 @@ use crate::cell::CellBox;
 use crate::pair_model::{PairFrame, PairModel};
 use crate::support::Core;
 use ipc_types::artefact::{CONCAVE_ABSOLUTE, CONCAVE_SHARE};
-use nalgebra::{Matrix3, Rotation3, Vector3};
+use nalgebra::{Matrix3, Rotation3, SMatrix, SymmetricEigen, Vector3};
 use scene::CoordinateKind;
 
 /// A pair one body of which has corners, seen from the link of the other.
@@ -282,7 +282,7 @@ impl Series {
         let n = self.n;
         let (values, vectors) = eigen(&self.hessian, n);
         let mut w: Vec<[f32; MAX_JOINTS]> = Vec::new();
-        for i in (0..n).filter(|&i| values[i] < 0.0) {
+        for i in (0..MAX_JOINTS).filter(|&i| values[i] < -SMALLEST_CONCAVE) {
             let size = (-values[i]).sqrt();
             w.push(std::array::from_fn(|k| (size * vectors[k][i]) as f32));
         }
@@ -383,7 +383,7 @@ impl Series {
         let sum: f64 = self.half[..self.n].iter().sum();
         let (values, vectors) = spectrum;
         let mut second = 0.0;
-        for i in (0..self.n).filter(|&i| values[i] < 0.0) {
+        for i in (0..MAX_JOINTS).filter(|&i| values[i] < 0.0) {
             let size: f64 = (0..self.n).map(|k| vectors[k][i].abs()).sum();
             second -= values[i] * vectors[k][i].abs() * size;
         }
@@ -431,50 +431,19 @@ pub fn concave_matrix(w: &[[f32; MAX_JOINTS]], n: usize) -> Matrix {
     N
 }
 
-/// Eigenvalues and eigenvectors (by columns) of the leading n × n block of a symmetric matrix, by Jacobi's rotations.
+/// Eigenvalues and eigenvectors (by columns) of the leading n × n block of a symmetric matrix, whose other entries are
+/// zero. Where they do not converge, the rows' sums and the coordinates, which bound the matrix as well.
 fn eigen(A: &Matrix, n: usize) -> ([f64; MAX_JOINTS], Matrix) {
-    let mut A = *A;
-    let mut V = [[0.0; MAX_JOINTS]; MAX_JOINTS];
-    (0..n).for_each(|i| V[i][i] = 1.0);
-    let size: f64 = (0..n).map(|i| A[i][i].abs()).sum::<f64>() + 1e-300;
-    for _ in 0..N_SWEEPS {
-        let mut off = 0.0;
-        for i in 0..n {
-            for j in i + 1..n {
-                let a = A[i][j];
-                off += a.abs();
-                if a.abs() < 1e-6 * size {
-                    continue;
-                }
-                let theta = 0.5 * (A[j][j] - A[i][i]) / a;
-                let t = theta.signum() / (theta.abs() + (theta * theta + 1.0).sqrt());
-                let c = 1.0 / (t * t + 1.0).sqrt();
-                let s = t * c;
-                for k in 0..n {
-                    let (x, y) = (A[k][i], A[k][j]);
-                    (A[k][i], A[k][j]) = (c * x - s * y, s * x + c * y);
-                }
-                for k in 0..n {
-                    let (x, y) = (A[i][k], A[j][k]);
-                    (A[i][k], A[j][k]) = (c * x - s * y, s * x + c * y);
-                }
-                for row in &mut V[..n] {
-                    let (x, y) = (row[i], row[j]);
-                    (row[i], row[j]) = (c * x - s * y, s * x + c * y);
-                }
-            }
+    let matrix = SMatrix::<f64, MAX_JOINTS, MAX_JOINTS>::from_fn(|i, j| A[i][j]);
+    match SymmetricEigen::try_new(matrix, f64::EPSILON, MAX_EIGEN_STEPS) {
+        Some(SymmetricEigen { eigenvalues, eigenvectors }) => {
+            (eigenvalues.into(), std::array::from_fn(|i| std::array::from_fn(|j| eigenvectors[(i, j)])))
         }
-        if off < 1e-3 * size {
-            break;
-        }
+        None => (
+            std::array::from_fn(|i| -A[i][..n].iter().map(|x| x.abs()).sum::<f64>()),
+            std::array::from_fn(|i| std::array::from_fn(|j| if i == j { 1.0 } else { 0.0 })),
+        ),
     }
-    let mut values = [0.0; MAX_JOINTS];
-    for i in 0..n {
-        // What is left beside the diagonal is covered as well.
-        let off: f64 = (0..n).filter(|&j| j != i).map(|j| A[i][j].abs()).sum();
-        values[i] = A[i][i] - off;
-    }
-    (values, V)
 }
 
 /// Share that goes of what a negative eigenpair takes away when a coordinate is halved.
@@ -483,7 +452,9 @@ const SECOND_GAIN: f64 = 0.375;
 const WIDE_SHARE: f64 = 0.4;
 /// Corners of a cell that are summed side by side: 2 to this power.
 const N_LANE_BITS: usize = 3;
-/// Sweeps of Jacobi's rotations; what they leave is accounted for.
-const N_SWEEPS: usize = 5;
+/// Eigenvalues above the negative of this, metres, are left to the ε of N.
+const SMALLEST_CONCAVE: f64 = 0.1 * CONCAVE_ABSOLUTE;
+/// Steps after which the search for eigenvalues ends.
+const MAX_EIGEN_STEPS: usize = 200;
 /// Times the chain's length, the polynomial of the widths: more than the verifier takes off for rounding.
 const ROUNDING: f64 = 3e-11;

@@ -2,7 +2,7 @@
 
 use crate::cell::CellBox;
 use crate::corner_bound::{CornerPair, JointsAt, MAX_JOINTS, Series};
-use crate::normals::better_normal;
+use crate::normals::{better_normal, difference};
 use crate::pair_model::{PairModel, Tangent};
 use crate::row_program::{Active, RowProgram};
 use crate::rows::{Multipliers, RowBound, Rows};
@@ -280,14 +280,11 @@ impl CornerTask<'_> {
         for (k, step) in side.steps.iter().enumerate() {
             let j = step.coordinate;
             let mut score = 1e-4 * step.lever * cell.half(j);
-            if let Some((last, tangent)) = open.witnesses.last() {
-                score += (tangent.g[j] - open.g[j]).abs() * (last[j] - center[j]).abs();
-                for (q, other) in &open.witnesses[..open.witnesses.len() - 1] {
-                    score += (tangent.g[j] - other.g[j]).abs() * (last[j] - q[j]).abs();
-                }
+            score += if open.witnesses.is_empty() {
+                open.series.gain(k, &spectrum)
             } else {
-                score += open.series.gain(k, &spectrum);
-            }
+                difference(&open.witnesses, &open.g, &center, j)
+            };
             if cell.half(j) > 0.0 && best.is_none_or(|(most, _)| score > most) {
                 best = Some((score, j));
             }

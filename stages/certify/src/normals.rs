@@ -1,4 +1,4 @@
-//! Further normals for a cell where the one at its centre fails on the region.
+//! Further normals for a cell where the one at its centre fails on the region, and what their failure says of a split.
 
 use crate::pair_model::{PairModel, Tangent};
 use nalgebra::Vector3;
@@ -38,4 +38,13 @@ pub fn better_normal(
         offer(tangent.n + last.n);
     }
     better.map(|(_, normal)| normal)
+}
+
+/// How much coordinate `j` tells between the configurations where normals failed, and between the last of them and the
+/// centre of the cell, where the gap has the gradient `g`: metres. `witnesses` may be empty.
+pub fn difference(witnesses: &[(Vec<f64>, Tangent)], g: &[f64], center: &[f64], j: usize) -> f64 {
+    let Some(((last, tangent), earlier)) = witnesses.split_last() else { return 0.0 };
+    let from_center = (tangent.g[j] - g[j]).abs() * (last[j] - center[j]).abs();
+    let between = earlier.iter().map(|(q, other)| (tangent.g[j] - other.g[j]).abs() * (last[j] - q[j]).abs());
+    from_center + between.sum::<f64>()
 }

@@ -2,7 +2,8 @@
 //!
 //! Cells are tried largest first. A cell that has no plane costs the region a face where that is cheap (the
 //! half-space on which its plane separates, or a face of the region moved inwards), and is split otherwise.
-//! Source: mathematics.md 2.1, certificates.md section 4.
+//! Between many joints a cell is first tried by the series of a body's corners (`corner_search.rs`), and by control nets
+//! only where it is too wide for them. Source: mathematics.md 2.1, certificates.md section 4.
 
 mod corner_cells;
 mod cuts;
@@ -11,7 +12,7 @@ use crate::cell::{CellBox, CellTree};
 use crate::control_net::{ControlNet, MAX_HALF_ANGLE};
 use crate::corner_bound::CornerPair;
 use crate::guide::Guide;
-use crate::normals::better_normal;
+use crate::normals::{better_normal, difference};
 use crate::options::CertifyOptions;
 use crate::pair_model::{PairModel, Plane, Tangent};
 use crate::region_data::RegionData;
@@ -398,14 +399,10 @@ impl Search<'_> {
             return model.split_coordinate(attempt.frame_idx, cell, plane, attempt.with_row);
         }
         let center = cell.centers();
-        let (last, tangent) = attempt.witnesses.last()?;
         let mut best: Option<(f64, usize)> = None;
         for (k, &j) in model.coordinates.iter().enumerate() {
             let mut score = 1e-4 * model.levers[k] * cell.half(j);
-            score += (tangent.g[j] - attempt.g[j]).abs() * (last[j] - center[j]).abs();
-            for (q, other) in &attempt.witnesses[..attempt.witnesses.len() - 1] {
-                score += (tangent.g[j] - other.g[j]).abs() * (last[j] - q[j]).abs();
-            }
+            score += difference(&attempt.witnesses, &attempt.g, &center, j);
             if cell.half(j) > 0.0 && best.is_none_or(|(most, _)| score > most) {
                 best = Some((score, j));
             }
