@@ -365,3 +365,6 @@ fn polyline(piece: &[Vec<f64>]) -> Vec<Vec<f64>> {
         })
         .collect()
 }
+
+#[cfg(test)]
+mod tests;

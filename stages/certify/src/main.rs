@@ -1,8 +1,8 @@
 //! Certificates of freedom from collision, and the acceptance check of a motion.
 
 use certify::acceptance::{AcceptArgs, accept_run};
-use certify::path::command::{self, PathArgs};
-use certify::sums::grow_command::{self, GrowArgs};
+use certify::grow_command::{self, GrowArgs};
+use certify::path_command::{self, PathArgs};
 use stage_kit::{Outcome, StageError};
 
 /// Commands besides `run` and `serve`.
@@ -21,7 +21,7 @@ enum Command {
 fn main() -> std::process::ExitCode {
     stage_kit::main_with::<certify::CertifyStage, Command>(|command| match command {
         Command::Accept(args) => accept(&args),
-        Command::Path(args) => command::run(&args, &mut std::io::stdout()),
+        Command::Path(args) => path_command::run(&args, &mut std::io::stdout()),
         Command::Grow(args) => grow_command::run(&args, &mut std::io::stdout()),
     })
 }

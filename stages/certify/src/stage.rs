@@ -1,9 +1,8 @@
 //! The stage: candidates in, certified regions out, on as many threads as asked for.
 
-use crate::certify_region::{Candidate, Certifier, CertifyOutcome, Purpose};
-use crate::error::CertifyError;
-use crate::options::CertifyOptions;
-use crate::reuse::EarlierCertificates;
+use certificates::{
+    Candidate, Certifier, CertifyError, CertifyOptions, CertifyOutcome, EarlierCertificates, Purpose,
+};
 use ipc_types::artefact::Region;
 use ipc_types::container::CertifiedPart;
 use manipulation::polytope_of_space;

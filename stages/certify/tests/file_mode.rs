@@ -82,7 +82,8 @@ fn any_number_of_threads_gives_the_same_bytes() {
             assert_eq!(region.id, certificate.region_id);
             assert!(region.certified && region.parent == Some(region.id - certify::CERTIFIED_ID_OFFSET));
             let region = wire::Region::from_artefact(region, 3).expect("well formed");
-            certify::recheck(&scene, &region.polyhedron, certificate).expect("it holds as it was written");
+            certificates::recheck(&scene, &region.polyhedron, certificate)
+                .expect("it holds as it was written");
         }
     }
     assert!(runs.windows(2).all(|pair| pair[0] == pair[1]));

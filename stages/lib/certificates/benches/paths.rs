@@ -2,7 +2,7 @@
 //!
 //! One iteration does all of a set of 200 edges; the ratio of the medians over edges is printed first.
 
-use certify::path::{PathCertifier, PathWorkspace};
+use certificates::path::{PathCertifier, PathWorkspace};
 use collision::CollisionChecker;
 use criterion::{Criterion, criterion_group, criterion_main};
 use rand::{RngExt, SeedableRng};
@@ -62,7 +62,7 @@ fn median_micros(edges: &[Edge], mut work: impl FnMut(&Edge)) -> f64 {
 
 fn paths(criterion: &mut Criterion) {
     for name in ["iiwa14-shelf", "two-iiwa14"] {
-        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes").join(name);
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../scenes").join(name);
         let Ok(scene) = Scene::load(&folder) else { continue };
         let certifier = PathCertifier::new(&scene, |_| 0.0);
         let checker = CollisionChecker::new(&scene);

@@ -13,7 +13,7 @@ use scene::Scene;
 use std::path::Path;
 
 fn reference_scene(name: &str) -> Scene {
-    Scene::load(&Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes").join(name))
+    Scene::load(&Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../scenes").join(name))
         .expect("a reference scene")
 }
 

@@ -2,7 +2,6 @@
 
 mod bodies;
 pub mod grow;
-pub mod grow_command;
 pub(crate) mod pair_sums;
 pub(crate) mod recheck_sums;
 pub(crate) mod region_sums;

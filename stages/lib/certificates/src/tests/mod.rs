@@ -1,9 +1,8 @@
-//! Tests that need scenes: cells against samples, bodies against κ, regions and certificates against the collision library, reference scenes, acceptance.
+//! Tests that need scenes: cells against samples, bodies against κ, regions and certificates against the collision library, and reference scenes.
 
 // 3.14 is a joint limit of the scenes, not π.
 #![allow(clippy::approx_constant)]
 
-mod acceptance;
 mod cells;
 mod grow;
 mod random_scene;

@@ -1,6 +1,6 @@
 //! Paths on the reference scenes: certified and refuted, against samples by the collision checker.
 
-use certify::path::{PathCertifier, PathOptions, PathWorkspace, PieceVerdict, TOL_GAP, certify_path};
+use certificates::path::{PathCertifier, PathOptions, PathWorkspace, PieceVerdict, TOL_GAP, certify_path};
 use collision::CollisionChecker;
 use ipc_types::artefact::Mode;
 use ipc_types::path_input::InputPiece;
@@ -10,7 +10,7 @@ use scene::Scene;
 use std::path::Path;
 
 fn scene(name: &str) -> Scene {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes").join(name);
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../scenes").join(name);
     Scene::load(&folder).expect("a reference scene")
 }
 

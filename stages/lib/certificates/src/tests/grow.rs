@@ -12,7 +12,7 @@ use scene::Scene;
 use std::path::Path;
 
 fn load(name: &str) -> Scene {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes").join(name);
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../scenes").join(name);
     Scene::load(&folder).expect("a reference scene")
 }
 

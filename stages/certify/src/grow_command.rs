@@ -1,8 +1,7 @@
 //! `regrasp-certify grow SCENE --at Q…`: certified regions grown about configurations by sums of squares.
 
-use crate::certify_region::{Candidate, Certifier, CertifyOutcome, Purpose};
-use crate::options::{CertifyOptions, Method};
-use crate::sums::grow::{GrowError, GrowSettings, Grower};
+use certificates::sums::grow::{GrowError, GrowSettings, Grower};
+use certificates::{Candidate, Certifier, CertifyOptions, CertifyOutcome, Method, Purpose};
 use ipc_types::artefact::{CertificatesFile, RegionsFile};
 use ipc_types::store;
 use rand::SeedableRng;

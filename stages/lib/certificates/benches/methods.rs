@@ -6,7 +6,7 @@
 // 3.14 is a joint limit of the scenes, not π.
 #![allow(clippy::approx_constant)]
 
-use certify::{Candidate, CertifiedRegion, Certifier, CertifyOptions, CertifyOutcome, Method, Purpose};
+use certificates::{Candidate, CertifiedRegion, Certifier, CertifyOptions, CertifyOutcome, Method, Purpose};
 use convex_sets::HPolyhedron;
 use criterion::{Criterion, criterion_group, criterion_main};
 use ipc_types::artefact::{CertificatesFile, Region};
@@ -17,7 +17,7 @@ use std::path::Path;
 use std::time::Instant;
 
 fn load(name: &str) -> Scene {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes").join(name);
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../scenes").join(name);
     Scene::load(&folder).expect("a reference scene")
 }
 

@@ -6,10 +6,8 @@
 //!
 //! - [`certify_path`]: a whole path, its kept forms and joint limits included;
 //! - [`certify_held_path`]: the same, with objects that follow a gripper;
-//! - [`PathCertifier::certify_piece`]: one piece, for planners that ask for many edges;
-//! - [`command`]: `regrasp-certify path`.
+//! - [`PathCertifier::certify_piece`]: one piece, for planners that ask for many edges.
 
-pub mod command;
 mod curve;
 mod held;
 mod kept_forms;

@@ -1,4 +1,4 @@
-//! Options of the stage.
+//! Options of the certifier.
 
 use crate::error::CertifyError;
 use crate::sums::region_sums::Shrinking;

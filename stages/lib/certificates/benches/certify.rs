@@ -3,7 +3,7 @@
 // 3.14 is a joint limit of the scenes, not π.
 #![allow(clippy::approx_constant)]
 
-use certify::{Candidate, Certifier, CertifyOptions, CertifyOutcome, Purpose};
+use certificates::{Candidate, Certifier, CertifyOptions, CertifyOutcome, Purpose};
 use convex_sets::HPolyhedron;
 use criterion::{Criterion, criterion_group, criterion_main};
 use nalgebra::DVector;
@@ -12,7 +12,7 @@ use std::hint::black_box;
 use std::path::Path;
 
 fn load(name: &str) -> Scene {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes").join(name);
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../scenes").join(name);
     Scene::load(&folder).expect("a reference scene")
 }
 

@@ -1,8 +1,8 @@
 //! `regrasp-certify path SCENE PATH`: certifies the path of any planner.
 
-use super::held::AttachRequest;
-use super::verdict::{Obstruction, PieceVerdict};
-use super::whole_path::{CertifiedPath, PathOptions, certify_held_path};
+use certificates::path::{
+    AttachRequest, CertifiedPath, Obstruction, PathOptions, PieceVerdict, TOL_GAP, certify_held_path,
+};
 use ipc_types::artefact::Attachment;
 use ipc_types::path_input::{self, InputPiece};
 use ipc_types::store;
@@ -263,8 +263,8 @@ fn reason(scene: &Scene, task: Option<&Task>, piece: &InputPiece, verdict: &Piec
                 "{pair} are at their clearance of {} m within {:e} m {place}: neither provably apart nor closer; \
                  keep a gap of {:e} m or more",
                 found.clearance,
-                super::TOL_GAP,
-                10.0 * super::TOL_GAP
+                TOL_GAP,
+                10.0 * TOL_GAP
             )
         }
         PieceVerdict::Undecided(found) => {
