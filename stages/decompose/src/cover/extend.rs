@@ -8,7 +8,7 @@ use wire::Region;
 
 use super::{Cover, Decomposition, Sink, decompose};
 use crate::coordinates::Coordinates;
-use crate::grower::{Growth, cut};
+use crate::grower::cut;
 use crate::options::Options;
 use crate::problem::Problem;
 use crate::seed::Seed;
@@ -31,11 +31,14 @@ const MIXING_STEPS: usize = 2;
 const BURN_IN: usize = 5;
 /// A chord's end is tested this far inside, as a share of the chord.
 const INSET: f64 = 1e-9;
-/// ε with which a region is cut, in units of the requested one: the certifier cuts the rest.
+/// ε with which regions are cut and grown, in units of the requested one: little is new, and the certifier cuts the rest.
 const COARSE: f64 = 4.0;
+const MAX_EPSILON: f64 = 0.2;
+/// Alternations of a region: where it is to grow is known, and most of what is around it is covered.
+const MAX_ITERATIONS: usize = 2;
 /// Cliques that are grown in a round, samples of their graph, and of an estimate: less is missing than at first.
 const MAX_CLIQUES: usize = 5;
-const MAX_VISIBLE: usize = 60;
+const MAX_VISIBLE: usize = 40;
 const MAX_COVERAGE_SAMPLES: usize = 2000;
 
 /// As [`decompose`], but starts from regions of an earlier run, whose scene may have been another one with the same
@@ -56,6 +59,8 @@ pub fn extend<S: Sink>(
         coverage: options.coverage.min(options.certified_coverage),
         grasp_coverage: options.grasp_coverage.min(options.certified_grasp_coverage),
         chord_coverage: options.chord_coverage.min(options.certified_chord_coverage),
+        epsilon: (COARSE * options.epsilon).min(MAX_EPSILON).max(options.epsilon),
+        max_iterations: options.max_iterations.min(MAX_ITERATIONS),
         visibility_samples: options.visibility_samples.min(MAX_VISIBLE),
         coverage_samples: options.coverage_samples.min(MAX_COVERAGE_SAMPLES),
         ..options.clone()
@@ -155,10 +160,10 @@ impl<S: Sink> Cover<'_, S> {
         };
         let Some(witness) = middle.or_else(nearest) else { return Part::Nothing };
         let seed = Seed::new(Hyperellipsoid { A: ellipsoid.A.clone(), center: witness.clone() }, witness);
-        let growth = &self.growing.growth;
-        let growth = Growth { epsilon: (COARSE * growth.epsilon).min(0.2), ..*growth };
         let start = self.whole.unit_box().intersection(&units);
-        let Some(P) = cut(&self.whole, &start, &seed, &growth, rng) else { return Part::Nothing };
+        let Some(P) = cut(&self.whole, &start, &seed, &self.growing.growth, rng) else {
+            return Part::Nothing;
+        };
         let new: Vec<usize> = (start.n_faces()..P.n_faces()).collect();
         let columns = &self.coordinates.relevant;
         let mut A = DMatrix::zeros(new.len(), self.coordinates.dim());
