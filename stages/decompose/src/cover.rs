@@ -23,7 +23,7 @@ use crate::coverage::{Estimate, covered, wilson_interval};
 use crate::domain::Domain;
 use crate::grow::{Growing, Grown, GrowthJob, select};
 use crate::grower::Growth;
-use crate::leaf_chords::{ChordCoverage, Leaves};
+use crate::leaf_chords::{ChordCoverage, FreeChord, Leaves};
 use crate::options::Options;
 use crate::problem::Problem;
 use crate::seed::Seed;
@@ -159,6 +159,12 @@ struct Cover<'a, S> {
     max_cliques: usize,
     /// Of what may stay uncovered after certification, the share that may stay uncovered before it.
     headroom: f64,
+    /// Little is new: what is dropped is chosen on the last round's samples, those that check the choice measure what
+    /// is covered, and chords are searched once before they are measured.
+    is_thrifty: bool,
+    /// Samples of each target, and chords, that are to serve again.
+    last_samples: Vec<Vec<Vec<f64>>>,
+    chords: Option<Vec<FreeChord>>,
     streams: Streams,
     regions: Vec<Region>,
     /// The first ones, which others know already.
@@ -219,6 +225,9 @@ impl<'a, S: Sink> Cover<'a, S> {
             n_visible: options.visibility_samples,
             max_cliques: MAX_CLIQUES,
             headroom: if options.cover { HEADROOM } else { 1.0 },
+            is_thrifty: false,
+            last_samples: Vec::new(),
+            chords: None,
             streams: Streams::new(seed),
             regions: Vec::new(),
             n_handed_over: 0,
@@ -419,7 +428,12 @@ impl<'a, S: Sink> Cover<'a, S> {
                 }
                 let uncovered: Vec<Vec<f64>> =
                     samples.free.iter().filter(|q| !covered(&self.covering, q)).cloned().collect();
-                let estimate = wilson_interval(samples.free.len() - uncovered.len(), samples.free.len());
+                let n_free = samples.free.len();
+                let estimate = wilson_interval(n_free - uncovered.len(), n_free);
+                if self.is_thrifty {
+                    self.last_samples.resize(self.targets.len(), Vec::new());
+                    self.last_samples[target_idx] = samples.free;
+                }
                 self.sink.progress(self.regions.len(), estimate.value, target.kind.name());
                 if estimate.low >= self.aim(target.kind, after_certification) {
                     continue;
@@ -427,7 +441,7 @@ impl<'a, S: Sink> Cover<'a, S> {
                 all_met = false;
                 // Half of what may stay uncovered: the next round's samples are not these.
                 let may_stay = 0.5 * (1.0 - self.aim(target.kind, after_certification));
-                let enough = (may_stay * samples.free.len() as f64) as usize;
+                let enough = (may_stay * n_free as f64) as usize;
                 // Alternation has led away from what is left: without it regions stay where they are seeded.
                 let alternating = self.growing.growth.max_iterations;
                 if n_stalled[target_idx] > 0 {

@@ -35,7 +35,7 @@ const INSET: f64 = 1e-9;
 const COARSE: f64 = 4.0;
 const MAX_EPSILON: f64 = 0.2;
 /// Alternations of a region: where it is to grow is known, and most of what is around it is covered.
-const MAX_ITERATIONS: usize = 2;
+const MAX_ITERATIONS: usize = 1;
 /// Cliques that are grown in a round, samples of their graph, and of an estimate: less is missing than at first.
 const MAX_CLIQUES: usize = 5;
 const MAX_VISIBLE: usize = 40;
@@ -68,6 +68,7 @@ pub fn extend<S: Sink>(
     let mut cover = Cover::new(problem, &options, seed, &coordinates, sink, is_stopped);
     cover.max_cliques = MAX_CLIQUES;
     cover.headroom = 1.0;
+    cover.is_thrifty = true;
     let kept = cover.take_over(earlier);
     let ending = cover.run()?;
     Ok((cover.finish(ending)?, kept))

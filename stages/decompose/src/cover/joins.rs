@@ -5,6 +5,7 @@ use super::{Cover, Sink};
 use crate::bridges::{bridge_seeds, components};
 use crate::coverage::covered;
 use crate::grow::{Grown, GrowthJob};
+use crate::leaf_chords::{FreeChord, chord_coverage};
 use crate::seed::Seed;
 use crate::target::TargetKind;
 
@@ -81,16 +82,30 @@ impl<S: Sink> Cover<'_, S> {
         joins
     }
 
+    /// Free chords of transfer leaves; fresh ones, unless they are to serve again.
+    pub(super) fn free_chords(&mut self) -> Vec<FreeChord> {
+        let Some(leaves) = &self.leaves else { return Vec::new() };
+        match &self.chords {
+            Some(chords) if self.is_thrifty => chords.clone(),
+            _ => {
+                let chords = leaves.free_chords(self.problem, &mut self.streams.take());
+                self.chords.insert(chords).clone()
+            }
+        }
+    }
+
     /// Regions in CG at what the longest chord of a transfer leaf lacks.
     pub(super) fn grow_chord(&mut self, wanted: f64) {
-        let Some(leaves) = self.leaves.clone() else { return };
+        if self.leaves.is_none() {
+            return;
+        }
         let Some((_, domain)) =
             self.targets.iter().find(|(target, _)| target.kind == TargetKind::Grasp).cloned()
         else {
             return;
         };
         for _ in 0..MAX_CHORD_ROUNDS {
-            let chord = leaves.measure(self.problem, &self.covering, &mut self.streams.take());
+            let chord = chord_coverage(&self.free_chords(), &self.covering);
             if chord.share() >= wanted
                 || (self.is_stopped)()
                 || self.regions.len() >= self.options.max_regions

@@ -59,12 +59,19 @@ impl<S: Sink> Cover<'_, S> {
 
     /// The share of a set that is covered, on fresh samples; `None` if there is no such set or it is nowhere free.
     fn estimate(&mut self, kind: TargetKind) -> Option<Estimate> {
-        let (target, _) = self.targets.iter().find(|(target, _)| target.kind == kind)?.clone();
-        let samples = target
-            .sample_free(self.problem.free, self.options.coverage_samples, &mut self.streams.take())
-            .free;
+        let target_idx = self.targets.iter().position(|(target, _)| target.kind == kind)?;
+        let samples = self.samples_of(target_idx);
         let n_hits = samples.iter().filter(|q| covered(&self.covering, q)).count();
         (!samples.is_empty()).then(|| wilson_interval(n_hits, samples.len()))
+    }
+
+    /// Free samples of a set: those that are to serve again, once, or fresh ones.
+    pub(super) fn samples_of(&mut self, target_idx: usize) -> Vec<Vec<f64>> {
+        let known = self.last_samples.get_mut(target_idx).map(std::mem::take);
+        known.filter(|known| !known.is_empty()).unwrap_or_else(|| {
+            let (target, n_free) = (&self.targets[target_idx].0, self.options.coverage_samples);
+            target.sample_free(self.problem.free, n_free, &mut self.streams.take()).free
+        })
     }
 
     /// Final figures of the candidates, unless they were just measured.

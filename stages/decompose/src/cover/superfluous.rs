@@ -8,7 +8,7 @@ use convex_sets::HPolyhedron;
 
 use super::{Cover, Sink};
 use crate::coverage::{contains, wilson_interval};
-use crate::leaf_chords::{FreeChord, chord_coverage};
+use crate::leaf_chords::chord_coverage;
 use crate::target::TargetKind;
 
 /// A set's samples, by the regions that cover them.
@@ -86,17 +86,15 @@ impl<S: Sink> Cover<'_, S> {
         let n_new = self.regions.len() - n_stay;
         let first_new = self.covering.len() - n_new;
         if n_new == 0 || self.covering.len() < 2 {
+            self.last_samples.clear();
             return;
         }
-        let mut tallies = self.tallies(after_certification);
+        let mut tallies = self.tallies(after_certification, false);
         let anchors = self.problem.anchors.iter().map(|anchor| anchor.q.as_slice().to_vec());
         for anchor in anchors {
             tallies.push(Tally::new(&self.covering, &[anchor], 1.0));
         }
-        let chords: Vec<FreeChord> = match &self.leaves {
-            Some(leaves) => leaves.clone().free_chords(self.problem, &mut self.streams.take()),
-            None => Vec::new(),
-        };
+        let chords = self.free_chords();
         let wanted_chord =
             self.wanted_chord(after_certification).min(chord_coverage(&chords, &self.covering).share());
         let overlaps = self.overlaps();
@@ -125,7 +123,7 @@ impl<S: Sink> Cover<'_, S> {
             }
         }
         // The choice is the best for its own samples: on others it must hold as well, or the dearest come back.
-        let mut tallies = self.tallies(after_certification);
+        let mut tallies = self.tallies(after_certification, true);
         for &idx in &dropped {
             tallies.iter_mut().for_each(|tally| tally.drop(idx));
         }
@@ -140,14 +138,17 @@ impl<S: Sink> Cover<'_, S> {
             .retain(|_| position.next().is_none_or(|idx| idx < n_stay || stays[first_new + idx - n_stay]));
     }
 
-    /// A tally of each set, on fresh samples.
-    fn tallies(&mut self, after_certification: bool) -> Vec<Tally> {
-        let mut tallies = Vec::new();
+    /// A tally of each set. The samples of the one that `is_check` may serve again.
+    fn tallies(&mut self, after_certification: bool, is_check: bool) -> Vec<Tally> {
+        let (mut tallies, mut used) = (Vec::new(), Vec::new());
         for target_idx in 0..self.targets.len() {
-            let target = self.targets[target_idx].0.clone();
-            let n_free = self.options.coverage_samples;
-            let samples = target.sample_free(self.problem.free, n_free, &mut self.streams.take()).free;
-            tallies.push(Tally::new(&self.covering, &samples, self.aim(target.kind, after_certification)));
+            let samples = self.samples_of(target_idx);
+            let aim = self.aim(self.targets[target_idx].0.kind, after_certification);
+            tallies.push(Tally::new(&self.covering, &samples, aim));
+            used.push(samples);
+        }
+        if self.is_thrifty && is_check {
+            self.last_samples = used;
         }
         tallies
     }
