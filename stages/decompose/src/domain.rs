@@ -9,6 +9,10 @@ use nalgebra::{DMatrix, DVector};
 use crate::coordinates::Coordinates;
 use crate::free_space::FreeSpace;
 use crate::pairs::Pairs;
+use crate::provable::Bodies;
+
+/// A face counts as implied by the unit box if it cuts off less than this, in units of u.
+const TOL_IMPLIED: f64 = 1e-12;
 
 /// A box of relevant coordinates with what is free in it.
 #[derive(Clone)]
@@ -77,6 +81,39 @@ impl<'a> Domain<'a> {
     /// The pairs of bodies, if the oracle knows them.
     pub(crate) fn pairs(&self) -> Option<&'a dyn Pairs> {
         self.free.pairs()
+    }
+
+    /// The bodies, if the oracle knows them.
+    pub(crate) fn bodies(&self) -> Option<&'a Bodies<'a>> {
+        self.free.bodies()
+    }
+
+    /// The box over all coordinates; those that nothing depends on have their whole range.
+    pub(crate) fn bounds_of_all(&self) -> Hyperrectangle {
+        let mut bounds = self.coordinates.limits.clone();
+        for (i, &j) in self.coordinates.relevant.iter().enumerate() {
+            (bounds.lower[j], bounds.upper[j]) = (self.bounds.lower[i], self.bounds.upper[i]);
+        }
+        bounds
+    }
+
+    /// The faces of a polyhedron over all coordinates as unit faces over u, without those that the unit box implies.
+    pub(crate) fn faces_over_u(&self, P: &HPolyhedron) -> HPolyhedron {
+        let mut rows: Vec<(DVector<f64>, f64)> = Vec::new();
+        for face_idx in 0..P.n_faces() {
+            let a: Vec<f64> = P.A.row(face_idx).iter().copied().collect();
+            let (row, at_mid) = self.row_over_u(&a);
+            let norm = row.norm();
+            let b = P.b[face_idx] - at_mid;
+            // The most that the unit box allows, with room for rounding.
+            if norm > 0.0 && b < row.lp_norm(1) - TOL_IMPLIED * norm {
+                rows.push((row / norm, b / norm));
+            }
+        }
+        HPolyhedron {
+            A: DMatrix::from_fn(rows.len(), self.dim(), |i, j| rows[i].0[j]),
+            b: DVector::from_fn(rows.len(), |i, _| rows[i].1),
+        }
     }
 
     /// The first pair that collides at `u`; `None` also if the oracle knows no pairs.

@@ -3,6 +3,7 @@
 use collision::{CollisionChecker, EdgeOutcome};
 
 use crate::pairs::Pairs;
+use crate::provable::Bodies;
 
 /// An oracle for CS_free.
 pub trait FreeSpace: Sync {
@@ -30,6 +31,11 @@ pub trait FreeSpace: Sync {
 
     /// The pairs of bodies behind it, if it knows them.
     fn pairs(&self) -> Option<&dyn Pairs> {
+        None
+    }
+
+    /// The bodies behind it, if it knows them: certificates are about bodies.
+    fn bodies(&self) -> Option<&Bodies<'_>> {
         None
     }
 }

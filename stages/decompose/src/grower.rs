@@ -8,12 +8,14 @@ use convex_sets::{HPolyhedron, Hyperellipsoid};
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 
+use crate::c_iris::{CIrisGrower, TangentBudget};
 use crate::domain::Domain;
 use crate::iris::IrisGrower;
 use crate::iris_np::IrisNpGrower;
 use crate::options::Options;
 use crate::placing::Search;
 use crate::problem::{Problem, ProblemError};
+use crate::provable::MAX_TANGENT_COORDINATES;
 use crate::sampled::SampledGrower;
 use crate::seed::{Seed, Witness};
 
@@ -30,7 +32,7 @@ pub enum Method {
     /// Sampled collisions, then by collision checks to the nearest one; tested by samples
     #[default]
     IrisZo,
-    /// Sum-of-squares certificates in TC-space: a job of `regrasp-certify grow`
+    /// Sum-of-squares certificates in TC-space, for few coordinates
     CIris,
 }
 
@@ -47,6 +49,8 @@ pub(crate) struct Growth {
     pub(crate) max_faces: usize,
     /// IRIS-NP: starts in a row without a collision that end a pair.
     pub(crate) max_failures: usize,
+    /// C-IRIS.
+    pub(crate) tangent: TangentBudget,
 }
 
 /// One method at work on one region.
@@ -65,6 +69,11 @@ pub(crate) trait Grower {
 
     /// Whether it goes on until the test (ε, δ) passes, so that a coarse test first saves work.
     fn is_tested(&self) -> bool {
+        false
+    }
+
+    /// Whether one separation alternates until it is done, whatever the ellipsoid.
+    fn is_whole(&self) -> bool {
         false
     }
 }
@@ -91,11 +100,16 @@ impl Method {
         let refused = |reason: String| Err(ProblemError::Method { method: self.name(), reason });
         match (self, problem.free.pairs()) {
             (Self::IrisZo, _) => Ok(()),
-            (Self::CIris, _) => refused(
-                "its regions live in TC-space and carry sum-of-squares certificates; `regrasp-certify grow` grows \
-                 them, here choose iris-zo or iris-np2"
-                    .into(),
-            ),
+            (Self::CIris, _) if problem.free.bodies().is_none() => {
+                refused("it needs the bodies of a scene; choose iris-zo".into())
+            }
+            (Self::CIris, _) => match problem.relevant.iter().filter(|relevant| **relevant).count() {
+                k if k > MAX_TANGENT_COORDINATES => refused(format!(
+                    "collisions depend on {k} coordinates, and sums of squares are out of reach over more than \
+                     {MAX_TANGENT_COORDINATES}; choose iris-zo or iris-np2"
+                )),
+                _ => Ok(()),
+            },
             (Self::IrisNp | Self::IrisNp2, Some(_)) => Ok(()),
             (_, None) => refused("it needs distances between pairs of bodies; choose iris-zo".into()),
             (Self::Iris, Some(pairs)) => {
@@ -117,7 +131,7 @@ impl Method {
             Self::IrisNp2 => Box::new(SampledGrower::new(Search::Gradient)),
             Self::IrisNp => Box::new(IrisNpGrower),
             Self::Iris => Box::new(IrisGrower::new(domain)?),
-            Self::CIris => return None,
+            Self::CIris => Box::new(CIrisGrower),
         })
     }
 }
@@ -132,6 +146,7 @@ impl Growth {
             max_iterations: options.max_iterations,
             max_faces: options.max_faces,
             max_failures: options.max_failures,
+            tangent: TangentBudget::new(options),
         }
     }
 }
@@ -167,7 +182,7 @@ pub(crate) fn grow(domain: &Domain<'_>, seed: &Seed, growth: &Growth, rng: &mut 
             ellipsoid = inscribed.clone();
             best = Some((P, inscribed));
         }
-        if volume < LEAST_GROWTH * last {
+        if grower.is_whole() || volume < LEAST_GROWTH * last {
             break;
         }
     }

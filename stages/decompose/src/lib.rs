@@ -7,6 +7,7 @@
 
 mod anchors;
 mod bridges;
+mod c_iris;
 mod clique_cover;
 mod coordinates;
 mod cover;
@@ -28,6 +29,7 @@ mod pairs;
 mod parallel;
 mod placing;
 mod problem;
+mod provable;
 mod regions_at;
 mod sampled;
 mod scene_problem;
@@ -45,5 +47,6 @@ pub use leaf_chords::{ChordCoverage, longest_chord_coverage};
 pub use options::Options;
 pub use pairs::Pairs;
 pub use problem::{Anchor, Problem, ProblemError};
+pub use provable::{Bodies, ProvableSpace};
 pub use regions_at::{Segment, parse_configuration, regions_along, regions_at};
 pub use scene_problem::problem_of_scene;

@@ -53,6 +53,16 @@ pub struct Options {
     /// IRIS-NP: starts in a row without a collision after which a pair is done. Larger: fewer missed collisions.
     #[arg(long, default_value_t = 5)]
     pub max_failures: usize,
+    /// C-IRIS: most alternations between multipliers and faces. Larger: more volume, more time.
+    #[arg(long, default_value_t = 20)]
+    pub c_iris_iterations: usize,
+    /// C-IRIS: growth of the ellipsoid's volume, as a share, below which the margin falls. Smaller: more volume, more
+    /// time.
+    #[arg(long, default_value_t = 0.01)]
+    pub c_iris_growth: f64,
+    /// C-IRIS: the margin, metres, that multipliers are sought for at first; it falls when growth is slow.
+    #[arg(long, default_value_t = 0.1)]
+    pub c_iris_margin: f64,
     /// Alternations of separation and inscribed ellipsoid for each region.
     #[arg(long, default_value_t = 4)]
     pub max_iterations: usize,
@@ -112,6 +122,9 @@ impl Default for Options {
             configuration_margin: 2e-6,
             max_faces: 150,
             max_failures: 5,
+            c_iris_iterations: 20,
+            c_iris_growth: 0.01,
+            c_iris_margin: 0.1,
             max_iterations: 4,
             coverage_samples: 4000,
             visibility_samples: 100,
@@ -149,9 +162,12 @@ impl Options {
                 return Err(ProblemError::Option { name, value, expected: "a probability from 1e-6 to 0.5" });
             }
         }
-        for (name, value) in
-            [("configuration-margin", self.configuration_margin), ("domain-radius", self.domain_radius)]
-        {
+        for (name, value) in [
+            ("configuration-margin", self.configuration_margin),
+            ("domain-radius", self.domain_radius),
+            ("c-iris-growth", self.c_iris_growth),
+            ("c-iris-margin", self.c_iris_margin),
+        ] {
             if !(value >= 0.0 && value.is_finite()) {
                 return Err(ProblemError::Option { name, value, expected: "a finite number, 0 or more" });
             }
@@ -199,6 +215,8 @@ mod tests {
             Options { domain_radius: f64::INFINITY, ..Options::default() },
             Options { max_regions: 0, ..Options::default() },
             Options { max_faces: 0, ..Options::default() },
+            Options { c_iris_margin: -0.1, ..Options::default() },
+            Options { c_iris_growth: f64::NAN, ..Options::default() },
         ] {
             assert!(wrong.check().is_err(), "{wrong:?}");
         }

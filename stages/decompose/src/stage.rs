@@ -3,8 +3,8 @@
 use crate::earlier_run::regions_of_run;
 use collision::{CollisionChecker, EdgeOutcome};
 use decompose::{
-    Anchor, Decomposition, Ending, Estimate, Options, Problem, ProblemError, Segment, Sink, decompose,
-    extend, parse_configuration, problem_of_scene, regions_along, regions_at,
+    Anchor, Decomposition, Ending, Estimate, Options, Problem, ProblemError, ProvableSpace, Segment, Sink,
+    decompose, extend, parse_configuration, problem_of_scene, regions_along, regions_at,
 };
 use ipc_types::artefact::{self, Coverage};
 use scene::Scene;
@@ -26,7 +26,8 @@ impl Stage for DecomposeStage {
         let task = job.task.as_ref();
         let checker = CollisionChecker::with_clearances(&job.scene, |pair| job.required_clearance(pair));
         options.check().map_err(StageError::bad_input)?;
-        let mut problem = problem_of_scene(&job.scene, task, &checker);
+        let space = ProvableSpace::new(&job.scene, &checker);
+        let mut problem = Problem { free: &space, ..problem_of_scene(&job.scene, task, &checker) };
         let named = |j: usize| job.scene.coordinates[j].name.clone();
         options.method.check(&problem, &named).map_err(StageError::bad_input)?;
         let stop = host.stop_flag();

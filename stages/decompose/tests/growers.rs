@@ -3,8 +3,8 @@
 use collision::CollisionChecker;
 use convex_sets::{HPolyhedron, HitAndRun};
 use decompose::{
-    Anchor, Ending, Method, Options, Problem, ProblemError, Segment, Sink, decompose, problem_of_scene,
-    regions_along, regions_at,
+    Anchor, Ending, Method, Options, Problem, ProblemError, ProvableSpace, Segment, Sink, decompose,
+    problem_of_scene, regions_along, regions_at,
 };
 use nalgebra::DVector;
 use rand::SeedableRng;
@@ -194,7 +194,105 @@ fn methods_are_refused_where_they_do_not_apply() {
     let words = check("hinge", Method::Iris).unwrap_err();
     assert!(words.contains("joint hinge is revolute") && words.contains("iris-zo"), "{words}");
     let words = check("slider-gap", Method::CIris).unwrap_err();
-    assert!(words.contains("regrasp-certify grow"), "{words}");
+    assert!(words.contains("the bodies of a scene") && words.contains("iris-zo"), "{words}");
+}
+
+/// What C-IRIS finds about `q`: one region or none.
+fn grown_in_tangent_space(scene: &Scene, q: &[f64], options: &Options) -> Option<HPolyhedron> {
+    let checker = CollisionChecker::new(scene);
+    let space = ProvableSpace::new(scene, &checker);
+    let problem = Problem { free: &space, ..problem_of_scene(scene, None, &checker) };
+    assert_eq!(Method::CIris.check(&problem, &|_| String::new()), Ok(()));
+    let problem = Problem { anchors: vec![anchor(q)], ..problem };
+    let options = Options { method: Method::CIris, ..options.clone() };
+    let Ok(regions) = regions_at(&problem, &options, 0, &mut Nowhere, &|| false);
+    assert!(regions.iter().all(|region| region.method.starts_with("c-iris")));
+    regions.into_iter().next().map(|region| region.polyhedron)
+}
+
+/// The alternation ends beside the known faces, never beyond.
+#[test]
+fn c_iris_ends_beside_the_faces_known_by_hand() {
+    type Case = (usize, &'static [f64], &'static [&'static [f64]]);
+    let cases: [Case; 3] = [
+        (0, &[-0.3], &[&[-1.45], &[0.3]]),
+        (1, KNOWN[1].seed, &[&[-0.21, 0.4], &[-0.23, 0.0], &[-0.74, 0.45]]),
+        (2, KNOWN[2].seed, &[&[0.13, 0.08], &[-0.13, -0.08], &[0.13, -0.08]]),
+    ];
+    for (known_idx, seed, inside) in cases {
+        let Known { scene: name, domain_radius, outside, blocked, .. } = KNOWN[known_idx];
+        let scene = load(name);
+        let options = Options { domain_radius, ..Options::default() };
+        let P = grown_in_tangent_space(&scene, seed, &options).expect(name);
+        for q in inside {
+            assert!(contains(&P, q), "{name}: {q:?} is outside of {P:?}");
+        }
+        for q in outside {
+            assert!(!contains(&P, q), "{name}: {q:?} is inside of {P:?}");
+        }
+        assert!(contains(&P, seed));
+        assert_eq!(colliding_share(&CollisionChecker::new(&scene), &P, 20_000), 0.0, "{name}");
+        assert!(grown_in_tangent_space(&scene, blocked, &options).is_none(), "{name}");
+    }
+}
+
+#[test]
+fn c_iris_is_refused_where_sums_of_squares_are_out_of_reach() {
+    let scene = load("iiwa14-shelf");
+    let checker = CollisionChecker::new(&scene);
+    let space = ProvableSpace::new(&scene, &checker);
+    let problem = Problem { free: &space, ..problem_of_scene(&scene, None, &checker) };
+    let words = Method::CIris.check(&problem, &|_| String::new()).unwrap_err().to_string();
+    assert!(words.contains("7 coordinates") && words.contains("iris-zo"), "{words}");
+}
+
+/// A range of more than 5.6 rad is narrowed about the seed; a segment stays inside.
+#[test]
+fn c_iris_copes_with_wide_angles_and_segments() {
+    let mut scene = load("hinge");
+    (scene.coordinates[0].lower, scene.coordinates[0].upper) = (-3.1, 3.1);
+    let options = Options { c_iris_iterations: 5, ..Options::default() };
+    let P = grown_in_tangent_space(&scene, &[-1.0], &options).expect("a region");
+    assert!(contains(&P, &[-1.0]) && !contains(&P, &[0.53]));
+    let scene = load("slider-gap");
+    let checker = CollisionChecker::new(&scene);
+    let space = ProvableSpace::new(&scene, &checker);
+    let problem = Problem { free: &space, ..problem_of_scene(&scene, None, &checker) };
+    let ends = [[-0.8, 0.08], [0.9, -0.05]];
+    let segment = Segment { name: "edge".into(), ends: ends.map(|q| DVector::from_column_slice(&q)) };
+    let options = Options { method: Method::CIris, c_iris_iterations: 3, ..Options::default() };
+    let Ok(regions) = regions_along(&problem, &[segment], &options, 0, &mut Nowhere, &|| false);
+    let [region] = regions.as_slice() else { panic!("no region") };
+    assert!(ends.iter().all(|q| contains(&region.polyhedron, q)));
+    assert_eq!(colliding_share(&checker, &region.polyhedron, 20_000), 0.0);
+}
+
+/// C-IRIS inside the clique cover, with the same regions by any number of threads.
+#[test]
+fn c_iris_covers() {
+    for (name, coverage) in [("hinge", 0.99), ("slider-gap", 0.4)] {
+        let scene = load(name);
+        let checker = CollisionChecker::new(&scene);
+        let space = ProvableSpace::new(&scene, &checker);
+        let problem = Problem { free: &space, ..problem_of_scene(&scene, None, &checker) };
+        let cover = |threads: usize| {
+            let options = Options {
+                method: Method::CIris,
+                coverage,
+                threads,
+                c_iris_iterations: 1,
+                ..Options::default()
+            };
+            let Ok(found) = decompose(&problem, &options, 0, &mut Nowhere, &|| false);
+            assert_eq!(found.ending, Ending::Covered, "{name}");
+            found.regions
+        };
+        let regions = cover(1);
+        assert_eq!(regions, cover(4), "{name}");
+        for region in &regions {
+            assert_eq!(colliding_share(&checker, &region.polyhedron, 5000), 0.0, "{name}");
+        }
+    }
 }
 
 /// Seeds of the arm: above, in the top and in the centre shelf, in both bins.

@@ -12,7 +12,7 @@
 //!                      ±(a·X_v + b D) − r D − γ − Σ_r σ_{r,v} (d_r − c_r·s) = Σ_i (1 ± s_i) mᵀ Q m   for each point v
 //! ```
 //!
-//! so every face moves away from the ellipsoid as far as the multipliers allow. The polytope that comes out is emitted
+//! so every face moves away from the ellipsoid as far as the multipliers allow, and keeps the seed inside. The polytope that comes out is emitted
 //! in C-space, inside the preimage, and certified like any other region: nothing here has to be right.
 
 use crate::cell::CellBox;
@@ -21,7 +21,7 @@ use crate::sums::recheck_sums::factors;
 use crate::sums::search_sums::{bound_norm, shifted};
 use crate::sums::tangent_space::{joints, least_difference, variable};
 use conic::{Affine, Settings};
-use convex_sets::HPolyhedron;
+use convex_sets::{HPolyhedron, Hyperrectangle};
 use ipc_types::artefact::{SosJoint, SosRow};
 use nalgebra::{DMatrix, DVector};
 use scene::{CollisionPair, CoordinateKind, Scene};
@@ -88,6 +88,15 @@ const MARGIN_STEP: f64 = 0.1;
 const MIN_MARGIN: f64 = 1e-4;
 /// Frames that are tried for a pair's plane.
 const MAX_FRAMES: usize = 2;
+/// Faces keep this far from the points to keep, in units of s.
+const ROOM_KEPT: f64 = 1e-5;
+/// How often, and to which share of its width each time, the region is narrowed about the points to keep where its
+/// faces in C-space would cut them off.
+const MAX_NARROWINGS: i32 = 12;
+/// See [`MAX_NARROWINGS`].
+const NARROWING: f64 = 0.7;
+/// Points may be on a bound of a coordinate up to this, radians or metres: rounding of tangents.
+const TOL_ON_BOUND: f64 = 1e-9;
 
 /// The pairs of a scene over all coordinates that matter.
 #[derive(Debug, Clone)]
@@ -117,9 +126,21 @@ impl Grower {
         seed: &[f64],
         settings: GrowSettings,
     ) -> Result<Self, GrowError> {
+        let limits = Hyperrectangle { lower: scene.lower(), upper: scene.upper() };
+        Self::within(scene, clearance, &limits, seed, settings)
+    }
+
+    /// As [`Grower::new`], within a part `bounds` of the joint box.
+    pub fn within(
+        scene: &Scene,
+        clearance: impl Fn(CollisionPair) -> f64,
+        bounds: &Hyperrectangle,
+        seed: &[f64],
+        settings: GrowSettings,
+    ) -> Result<Self, GrowError> {
         let limits = CellBox {
-            lower: scene.lower().iter().copied().collect(),
-            upper: scene.upper().iter().copied().collect(),
+            lower: bounds.lower.iter().copied().collect(),
+            upper: bounds.upper.iter().copied().collect(),
         };
         let inside = |j: usize| limits.lower[j] <= seed[j] && seed[j] <= limits.upper[j];
         let found = (0..seed.len().min(scene.dim())).filter(|&j| inside(j)).count();
@@ -148,7 +169,8 @@ impl Grower {
                 frames.into_iter().take(MAX_FRAMES).filter_map(sides_in).collect();
             // The frame that leaves the greatest margin on the largest box about the seed that has a plane in any.
             let best_on = |halving: usize| {
-                let rows = first_rows(&s_seed, FIRST_HALF_WIDTH * 0.5_f64.powi(halving as i32));
+                let half = FIRST_HALF_WIDTH * 0.5_f64.powi(halving as i32);
+                let rows = first_rows(std::slice::from_ref(&s_seed), half);
                 let margin = |sides| Some(grower.pair_multipliers(pair, sides, &rows, UNBOUNDED_MARGIN)?.1);
                 let margins =
                     candidates.iter().enumerate().filter_map(|(at, sides)| Some((margin(sides)?, at)));
@@ -171,10 +193,15 @@ impl Grower {
 
     /// Grows from `seed`.
     pub fn grow(&self, seed: &[f64]) -> Result<Grown, GrowError> {
-        let s_seed = self.s_of(seed);
+        self.grow_about(&[seed])
+    }
+
+    /// Grows about the hull of `points`, which stays inside.
+    pub fn grow_about(&self, points: &[&[f64]]) -> Result<Grown, GrowError> {
+        let kept: Vec<Vec<f64>> = points.iter().map(|q| self.s_of(q)).collect();
         let mut margin = self.settings.max_margin;
         let mut half = FIRST_HALF_WIDTH;
-        let mut rows = first_rows(&s_seed, half);
+        let mut rows = first_rows(&kept, half);
         let mut multipliers = None;
         for _ in 0..MAX_HALVINGS {
             multipliers = self.multipliers(&rows, margin);
@@ -182,7 +209,7 @@ impl Grower {
                 break;
             }
             half *= 0.5;
-            rows = first_rows(&s_seed, half);
+            rows = first_rows(&kept, half);
         }
         let mut multipliers = multipliers.ok_or(GrowError::Seed)?;
         let mut volumes = Vec::new();
@@ -200,7 +227,7 @@ impl Grower {
                 let Some(other) = self.multipliers(&rows, margin) else { break };
                 multipliers = other;
             }
-            let Some(moved) = self.faces(&rows, &multipliers, &Q, &center) else { break };
+            let Some(moved) = self.faces(&rows, &multipliers, (&Q, &center), &kept) else { break };
             // Faces that cannot be certified again are not taken.
             let Some(next) = self.multipliers(&moved, margin) else { break };
             (rows, multipliers) = (moved, next);
@@ -208,7 +235,7 @@ impl Grower {
         if let Some((_, _, volume)) = self.ellipsoid(&rows) {
             volumes.push(volume);
         }
-        let polyhedron = self.in_configuration_space(&rows);
+        let polyhedron = self.in_configuration_space(&rows, points).ok_or(GrowError::Seed)?;
         let ball = polyhedron.interior_point().map_err(|_| GrowError::Seed)?;
         Ok(Grown { center: ball.center, polyhedron, ellipsoid_volumes: volumes })
     }
@@ -263,13 +290,13 @@ impl Grower {
         Some((polynomials, solution.unknown(gamma)))
     }
 
-    /// Step 2.
+    /// Step 2, about the ellipsoid {Q u + center}; the points `kept` stay inside.
     fn faces(
         &self,
         rows: &[SosRow],
         multipliers: &Multipliers,
-        Q: &DMatrix<f64>,
-        center: &DVector<f64>,
+        (Q, center): (&DMatrix<f64>, &DVector<f64>),
+        kept: &[Vec<f64>],
     ) -> Option<Vec<SosRow>> {
         let (k, m) = (self.joints.len(), rows.len());
         // Unknowns: for each face c [k], d, δ; then the planes of each pair.
@@ -283,6 +310,11 @@ impl Grower {
             conic.add_less_equal(vec![(d(r), 1.0)], (k as f64).sqrt());
             let one = Affine::new(Vec::new(), 1.0);
             conic.add_second_order_cone(one, (0..k).map(|j| Affine::variable(c(r, j))).collect());
+            for s in kept {
+                let mut terms: Vec<(usize, f64)> = (0..k).map(|j| (c(r, j), s[j])).collect();
+                terms.push((d(r), -1.0));
+                conic.add_less_equal(terms, -ROOM_KEPT);
+            }
             let mut head = vec![(d(r), 1.0), (delta(r), -1.0)];
             head.extend((0..k).map(|j| (c(r, j), -center[j])));
             let part = |i: usize| Affine::new((0..k).map(|j| (c(r, j), Q[(i, j)])).collect(), 0.0);
@@ -332,9 +364,29 @@ impl Grower {
         Some((ellipsoid.image_of_ball()?, ellipsoid.center.clone(), ellipsoid.relative_volume()))
     }
 
-    /// A polytope of C-space whose image lies in the one of TC-space, for the coordinates that matter within its
-    /// bounds, all others within their limits: c_j s_j(q) ≤ β_j q − min (β_j q − c_j s_j(q)).
-    fn in_configuration_space(&self, rows: &[SosRow]) -> HPolyhedron {
+    /// A polytope of C-space whose image lies in the one of TC-space, with `points` strictly inside; `None` if they
+    /// are not, however near to them it stays.
+    fn in_configuration_space(&self, rows: &[SosRow], points: &[&[f64]]) -> Option<HPolyhedron> {
+        let n = self.limits.lower.len();
+        // The nearer the range of the coordinates to the points, the less is lost beside them.
+        let polyhedron = (0..MAX_NARROWINGS).find_map(|narrowing| {
+            let polyhedron = self.preimage(rows, points, NARROWING.powi(narrowing));
+            let is_inside = |q: &&[f64]| {
+                let slack = &polyhedron.b - &polyhedron.A * DVector::from_column_slice(q);
+                // Bounds of the joints may be touched.
+                slack
+                    .iter()
+                    .enumerate()
+                    .all(|(face_idx, slack)| *slack > if face_idx < 2 * n { -TOL_ON_BOUND } else { 0.0 })
+            };
+            points.iter().all(is_inside).then_some(polyhedron)
+        })?;
+        Some(polyhedron.remove_redundant_keeping(2 * n).unwrap_or(polyhedron))
+    }
+
+    /// The coordinates that matter within their bounds, drawn together about `points` to this `share`, all others within
+    /// their limits, and for each face c_j s_j(q) ≤ β_j q − min (β_j q − c_j s_j(q)).
+    fn preimage(&self, rows: &[SosRow], points: &[&[f64]], share: f64) -> HPolyhedron {
         let n = self.limits.lower.len();
         let (mut lower, mut upper) = (self.limits.lower.clone(), self.limits.upper.clone());
         let bounds = polytope(self.joints.len(), rows).bounding_box().ok();
@@ -346,6 +398,10 @@ impl Grower {
                 joint.upper = v.q_from_s(bounds.upper[i]).min(joint.upper);
             }
             let j = usize::from(joint.coordinate);
+            let least = points.iter().map(|q| q[j]).fold(f64::INFINITY, f64::min);
+            let most = points.iter().map(|q| q[j]).fold(f64::NEG_INFINITY, f64::max);
+            joint.lower = joint.lower.max(least - share * (least - joint.lower));
+            joint.upper = joint.upper.min(most + share * (joint.upper - most));
             (lower[j], upper[j]) = (joint.lower, joint.upper);
         }
         let around = HPolyhedron::from_box(&DVector::from_vec(lower), &DVector::from_vec(upper));
@@ -368,8 +424,7 @@ impl Grower {
                 b.push(offset / norm);
             }
         }
-        let polyhedron = HPolyhedron { A, b: DVector::from_vec(b) };
-        polyhedron.remove_redundant_keeping(2 * n).unwrap_or(polyhedron)
+        HPolyhedron { A, b: DVector::from_vec(b) }
     }
 }
 
@@ -416,9 +471,9 @@ fn polytope(k: usize, rows: &[SosRow]) -> HPolyhedron {
     HPolyhedron { A, b }
 }
 
-/// Faces at the distance `half` from the seed in the directions of the axes and, for k > 1, of the corners.
-fn first_rows(s_seed: &[f64], half: f64) -> Vec<SosRow> {
-    let k = s_seed.len();
+/// Faces at the distance `half` from the hull of `points` in the directions of the axes and, for k > 1, of the corners.
+fn first_rows(points: &[Vec<f64>], half: f64) -> Vec<SosRow> {
+    let k = points.first().map_or(0, Vec::len);
     let mut directions: Vec<Vec<f64>> = Vec::new();
     for i in 0..k {
         for sign in [1.0, -1.0] {
@@ -431,10 +486,11 @@ fn first_rows(s_seed: &[f64], half: f64) -> Vec<SosRow> {
             directions.push((0..k).map(|j| if corner >> j & 1 == 1 { length } else { -length }).collect());
         }
     }
+    let reach = |c: &[f64], s: &[f64]| c.iter().zip(s).map(|(c, s)| c * s).sum::<f64>();
     directions
         .into_iter()
         .map(|c| SosRow {
-            d: c.iter().zip(s_seed).map(|(c, s)| c * s).sum::<f64>() + half,
+            d: points.iter().map(|s| reach(&c, s)).fold(f64::NEG_INFINITY, f64::max) + half,
             c,
             multipliers: Vec::new(),
         })
