@@ -25,7 +25,7 @@ use crate::seed::{Seed, Witness};
 pub enum Method {
     /// Exact separating planes; only where bodies translate, so that what collides is convex
     Iris,
-    /// Nearest collisions of each pair by nonlinear programming from random starts
+    /// Nearest collisions of each pair by nonlinear programming from random starts; tested by samples
     IrisNp,
     /// Sampled collisions, then along gradients to the nearest one; tested by samples
     IrisNp2,

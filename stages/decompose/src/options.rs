@@ -36,10 +36,10 @@ pub struct Options {
     /// The same for the longest free chord.
     #[arg(long, default_value_t = 0.994)]
     pub certified_chord_coverage: f64,
-    /// IRIS-ZO and IRIS-NP2: share of a region that may be in collision. Smaller: fewer cuts by certification, more samples.
+    /// Share of a region that may be in collision; of no account for IRIS and C-IRIS. Smaller: fewer cuts by certification, more samples.
     #[arg(long, default_value_t = 5e-3)]
     pub epsilon: f64,
-    /// IRIS-ZO and IRIS-NP2: probability with which a region may miss epsilon.
+    /// Probability with which a region may miss epsilon.
     #[arg(long, default_value_t = 0.05)]
     pub delta: f64,
     /// Distance in metres of displacement that faces keep from the collisions that placed them. Larger: fewer

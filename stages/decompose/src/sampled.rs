@@ -1,5 +1,5 @@
 //! One separation from samples, with the probabilistic test (ε, δ) of Werner et al. 2024: what IRIS-ZO and IRIS-NP2
-//! share.
+//! share, and how IRIS-NP ends.
 //!
 //! Around an ellipsoid, samples of the polytope P that collide are walked to the boundary and cut off, nearest ones
 //! first (`placing`), until the *unadaptive test* passes: of M = 2 ln(1/δ_k) / (ε τ²) uniform samples at most (1 - τ) ε M
@@ -74,6 +74,23 @@ impl Grower for SampledGrower {
     fn is_tested(&self) -> bool {
         true
     }
+}
+
+/// `start` with `faces` that part it from collisions already, and further ones until the test (ε, δ) passes.
+pub(crate) fn until_tested(
+    domain: &Domain<'_>,
+    placing: Placing<'_, '_>,
+    witness: &Witness,
+    (start, faces): (HPolyhedron, Vec<Face>),
+    growth: &Growth,
+    rng: &mut ChaCha8Rng,
+) -> HPolyhedron {
+    let mut separation = Separation::new(domain, placing, witness, start, growth);
+    for face in faces {
+        separation.push(face);
+    }
+    separation.run(rng);
+    separation.polyhedron()
 }
 
 /// Samples M of the `k`-th test, and how many of them may collide.
@@ -203,11 +220,15 @@ impl<'a, 'd> Separation<'a, 'd> {
                 }
             });
             if let Some(face) = face {
-                self.walk.push_row(&face.a, face.b);
-                self.faces.push(face);
+                self.push(face);
             }
         }
         any_moved || self.faces.len() > first_new
+    }
+
+    fn push(&mut self, face: Face) {
+        self.walk.push_row(&face.a, face.b);
+        self.faces.push(face);
     }
 
     /// Cuts a collision off without spending a face: of those there are, and of the domain's sides, the one that loses
