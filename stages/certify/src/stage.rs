@@ -5,8 +5,7 @@ use certificates::{
 };
 use ipc_types::artefact::Region;
 use ipc_types::container::CertifiedPart;
-use manipulation::polytope_of_space;
-use scene::{CollisionPair, Scene, Space};
+use scene::{CollisionPair, Scene};
 use serde::Serialize;
 use stage_kit::{Host, Input, Job, Outcome, Stage, StageError, StageName, spans};
 use std::collections::BTreeMap;
@@ -57,7 +56,7 @@ impl Stage for CertifyStage {
         let work = Work {
             scene,
             certifier: &certifier,
-            purpose: &purpose_of(job),
+            purpose: &job.task.as_ref().map_or_else(Purpose::default, |task| Purpose::of_task(scene, task)),
             margin: job.clearance,
             earlier: &earlier,
         };
@@ -79,21 +78,6 @@ impl Stage for CertifyStage {
             }
             None => Ok(Outcome::Done(words)),
         }
-    }
-}
-
-/// Start and goal stay in the regions; CG counts, and CP where it is not the whole joint box.
-fn purpose_of(job: &Job) -> Purpose {
-    let Some(task) = &job.task else { return Purpose::default() };
-    let (lower, upper) = (job.scene.lower(), job.scene.upper());
-    let is_all = |space: &Space| space.lower == lower && space.upper == upper && space.rows.is_empty();
-    Purpose {
-        spaces: [&task.grasp, &task.placement]
-            .into_iter()
-            .filter(|space| !is_all(space))
-            .map(polytope_of_space)
-            .collect(),
-        keep: vec![task.start.clone(), task.goal.clone()],
     }
 }
 

@@ -7,6 +7,7 @@ use convex_sets::HPolyhedron;
 use nalgebra::DVector;
 use rand_chacha::ChaCha8Rng;
 
+use crate::certified_growth::grow_certified;
 use crate::coverage::contains;
 use crate::domain::Domain;
 use crate::grower::{Draft, Growth, Method, grow, refine};
@@ -72,7 +73,15 @@ impl Growing<'_> {
         let refined = for_each(chosen.len(), self.threads, self.is_stopped, &|place| {
             let (job, candidate) = (&jobs[chosen[place]], candidates[chosen[place]].as_ref()?);
             let P = refine(job.domain, &candidate.draft, &self.growth, &mut rngs[place].clone())?;
-            let polyhedron = job.domain.region(&P);
+            let certified = match self.growth.certify_rounds {
+                0 => None,
+                _ => {
+                    let (draft, rng) = (&candidate.draft, &mut rngs[place].clone());
+                    grow_certified(job.domain, draft, &P, &self.growth, rng, self.is_stopped)
+                }
+            };
+            // What cannot be certified here is left to the certifier, which will say why.
+            let polyhedron = certified.unwrap_or_else(|| job.domain.region(&P));
             let center = polyhedron.interior_point().ok()?.center;
             let inside = (0..polyhedron.n_faces())
                 .all(|face_idx| polyhedron.A.row(face_idx).transpose().dot(&center) < polyhedron.b[face_idx]);

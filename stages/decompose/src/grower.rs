@@ -51,6 +51,8 @@ pub(crate) struct Growth {
     pub(crate) max_failures: usize,
     /// C-IRIS.
     pub(crate) tangent: TangentBudget,
+    /// Rounds of certification that guide growth.
+    pub(crate) certify_rounds: usize,
 }
 
 /// One method at work on one region.
@@ -125,7 +127,7 @@ impl Method {
         }
     }
 
-    fn grower(self, domain: &Domain<'_>) -> Option<Box<dyn Grower>> {
+    pub(crate) fn grower(self, domain: &Domain<'_>) -> Option<Box<dyn Grower>> {
         Some(match self {
             Self::IrisZo => Box::new(SampledGrower::new(Search::Compass)),
             Self::IrisNp2 => Box::new(SampledGrower::new(Search::Gradient)),
@@ -147,6 +149,7 @@ impl Growth {
             max_faces: options.max_faces,
             max_failures: options.max_failures,
             tangent: TangentBudget::new(options),
+            certify_rounds: options.certify_growth,
         }
     }
 }
@@ -156,8 +159,8 @@ impl Growth {
 pub(crate) struct Draft {
     /// In the domain's units; the first 2k faces are the unit box, the others are not redundant.
     pub(crate) polyhedron: HPolyhedron,
-    inscribed: Hyperellipsoid,
-    witness: Witness,
+    pub(crate) inscribed: Hyperellipsoid,
+    pub(crate) witness: Witness,
 }
 
 /// Grows a draft. `None` if the witness is not free, no region with an interior is left, or the method does not know

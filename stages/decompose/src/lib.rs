@@ -8,6 +8,7 @@
 mod anchors;
 mod bridges;
 mod c_iris;
+mod certified_growth;
 mod clique_cover;
 mod coordinates;
 mod cover;

@@ -66,6 +66,11 @@ pub struct Options {
     /// Alternations of separation and inscribed ellipsoid for each region.
     #[arg(long, default_value_t = 4)]
     pub max_iterations: usize,
+    /// Rounds in which certification guides growth: its cuts stay, the other faces are placed anew, and of all rounds the
+    /// largest polytope that was certified is the candidate. 0: growth does not ask. 1: no growth after the first
+    /// certification.
+    #[arg(long, default_value_t = 0)]
+    pub certify_growth: usize,
     /// Free samples from which coverage is estimated, of each set.
     #[arg(long, default_value_t = 4000)]
     pub coverage_samples: usize,
@@ -126,6 +131,7 @@ impl Default for Options {
             c_iris_growth: 0.01,
             c_iris_margin: 0.1,
             max_iterations: 4,
+            certify_growth: 0,
             coverage_samples: 4000,
             visibility_samples: 100,
             max_exact_clique: 40,

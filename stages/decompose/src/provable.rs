@@ -1,8 +1,12 @@
 //! CS_free of a scene with its bodies, for growers that certify.
 
 use certificates::sums::grow::{GrowError, GrowSettings, Grower};
+use certificates::{
+    Candidate, CertifiedRegion, Certifier, CertifyError, CertifyOptions, CertifyOutcome, Purpose,
+};
 use collision::CollisionChecker;
 use convex_sets::{HPolyhedron, Hyperrectangle};
+use nalgebra::DVector;
 use scene::{CollisionPair, Scene};
 use std::collections::BTreeMap;
 
@@ -19,6 +23,8 @@ pub struct ProvableSpace<'a> {
 pub struct Bodies<'a> {
     scene: &'a Scene,
     clearances: BTreeMap<CollisionPair, f64>,
+    certifier: Option<Certifier>,
+    purpose: Purpose,
 }
 
 /// Sums of squares over more coordinates than this are out of reach: a Gram matrix of order 2^k for each face, point
@@ -32,7 +38,18 @@ impl<'a> ProvableSpace<'a> {
     pub fn new(scene: &'a Scene, checker: &'a CollisionChecker) -> Self {
         let pairs = scene.collision_pairs().into_iter().enumerate();
         let clearances = pairs.map(|(pair_idx, pair)| (pair, checker.clearance(pair_idx))).collect();
-        Self { checker, bodies: Bodies { scene, clearances } }
+        let bodies = Bodies { scene, clearances, certifier: None, purpose: Purpose::default() };
+        Self { checker, bodies }
+    }
+
+    /// With a certifier that guides growth, by its default options; `purpose` says what its cuts spare, `seed` is that
+    /// of its samples.
+    pub fn with_certifier(mut self, purpose: Purpose, seed: u64) -> Result<Self, CertifyError> {
+        let clearance = |pair| self.bodies.clearance(pair);
+        let options = CertifyOptions::default();
+        self.bodies.certifier = Some(Certifier::new(self.bodies.scene, clearance, &options, seed)?);
+        self.bodies.purpose = purpose;
+        Ok(self)
     }
 }
 
@@ -58,6 +75,30 @@ impl Bodies<'_> {
     fn clearance(&self, pair: CollisionPair) -> f64 {
         // Every pair that the scene names has one.
         self.clearances.get(&pair).copied().unwrap_or(0.0)
+    }
+
+    /// `region`, cut where it is not provably free, about its middle or, where that is not free, about the first of
+    /// `inside`; cuts keep all of `inside`. `None` if it is not certified, or there is no certifier.
+    pub(crate) fn certified(
+        &self,
+        region: &HPolyhedron,
+        inside: &[DVector<f64>],
+        is_stopped: &(dyn Fn() -> bool + Sync),
+    ) -> Option<CertifiedRegion> {
+        let certifier = self.certifier.as_ref()?;
+        let purpose = Purpose {
+            keep: self.purpose.keep.iter().chain(inside).cloned().collect(),
+            spaces: self.purpose.spaces.clone(),
+        };
+        let middle = region.interior_point().ok().map(|ball| ball.center);
+        middle.into_iter().chain(inside.first().cloned()).find_map(|center| {
+            let candidate = Candidate { region_id: 0, polyhedron: region.clone(), center };
+            match certifier.certify_region(&candidate, &purpose, is_stopped) {
+                Ok(CertifyOutcome::Certified(certified)) => Some(*certified),
+                // Also a point that is not strictly inside.
+                Ok(_) | Err(_) => None,
+            }
+        })
     }
 
     /// A polytope about the hull of `points` inside `bounds`, grown by sums of squares.

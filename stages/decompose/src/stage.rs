@@ -1,6 +1,7 @@
 //! The stage: scene and task in, candidate regions out.
 
 use crate::earlier_run::regions_of_run;
+use certificates::Purpose;
 use collision::{CollisionChecker, EdgeOutcome};
 use decompose::{
     Anchor, Decomposition, Ending, Estimate, Options, Problem, ProblemError, ProvableSpace, Segment, Sink,
@@ -26,7 +27,11 @@ impl Stage for DecomposeStage {
         let task = job.task.as_ref();
         let checker = CollisionChecker::with_clearances(&job.scene, |pair| job.required_clearance(pair));
         options.check().map_err(StageError::bad_input)?;
-        let space = ProvableSpace::new(&job.scene, &checker);
+        let mut space = ProvableSpace::new(&job.scene, &checker);
+        if options.certify_growth > 0 {
+            let purpose = task.map_or_else(Purpose::default, |task| Purpose::of_task(&job.scene, task));
+            space = space.with_certifier(purpose, job.seed).map_err(StageError::bad_input)?;
+        }
         let mut problem = Problem { free: &space, ..problem_of_scene(&job.scene, task, &checker) };
         let named = |j: usize| job.scene.coordinates[j].name.clone();
         options.method.check(&problem, &named).map_err(StageError::bad_input)?;

@@ -25,10 +25,11 @@ use crate::sums::pair_sums::PairSums;
 use crate::sums::region_sums::certify_by_sums;
 use convex_sets::HPolyhedron;
 use ipc_types::artefact::RegionCertificate;
+use manipulation::polytope_of_space;
 use nalgebra::DVector;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
-use scene::{CollisionPair, Scene};
+use scene::{CollisionPair, Scene, Space, Task};
 use std::sync::OnceLock;
 
 /// A polytope of C-space that is believed to be free.
@@ -49,6 +50,22 @@ pub struct Purpose {
     pub spaces: Vec<HPolyhedron>,
     /// Configurations that cuts must not remove: start and goal.
     pub keep: Vec<DVector<f64>>,
+}
+
+impl Purpose {
+    /// Start and goal stay in the regions; CG counts, and CP where it is not the whole joint box.
+    pub fn of_task(scene: &Scene, task: &Task) -> Self {
+        let (lower, upper) = (scene.lower(), scene.upper());
+        let is_all = |space: &Space| space.lower == lower && space.upper == upper && space.rows.is_empty();
+        Self {
+            spaces: [&task.grasp, &task.placement]
+                .into_iter()
+                .filter(|space| !is_all(space))
+                .map(polytope_of_space)
+                .collect(),
+            keep: vec![task.start.clone(), task.goal.clone()],
+        }
+    }
 }
 
 /// A certified region.
