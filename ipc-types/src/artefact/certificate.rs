@@ -132,22 +132,24 @@ pub enum Cell {
         /// L = min over the cell, other coordinates within their joint limits, of g·δ + Σ μ_r (a_r·q − b_r).
         multipliers: Vec<(u32, f64)>,
     },
-    /// The bodies are apart on all of the cell ∩ region, by the series of second to fourth order of each corner of the
-    /// body that moves, seen from the link of the other one.
+    /// The bodies are apart on all of the cell ∩ region, by the series to the fourth order of each corner of the body
+    /// that moves, seen from the link of the other one.
     ///
-    /// With r the normal, signed so that f(q) = r·x(q) + const is the gap of corner x along it, σ_i = δ_i / h_i in
-    /// [-1, 1], Ĥ_ij = h_i h_j ∂_i ∂_j f(m), C the third order in products of three different σ, g the gradient and what
-    /// the rest of the third order adds to it, T a bound of what that leaves and of the fourth order:
+    /// With r the normal, signed so that f(q) = r·x(q) + const is the gap of corner x along it, and σ_i = δ_i / h_i in
+    /// [-1, 1], powers of the series are folded into lower orders: v, g, Ĥ are the value at the centre, the gradient and
+    /// h_i h_j ∂_i ∂_j f with what is folded into them, C the third order in products of three different σ, and T a
+    /// bound of what that leaves and of the fifth order. Where τ_i² > ½, squares σ_i² beside other joints are folded as
+    /// they are at the corners of the cell, and Ĥ has 2 Σ |c| over their coefficients more on its diagonal, D_i; else D_i
+    /// is 0. `stages/check/src/corners.rs` has the rules and why they hold.
     ///
     /// ```text
-    /// f(q) ≥ f(m) + g·δ + ½ σᵀ Ĥ σ + C(σ) − T
-    ///      ≥ f(m) + g·δ + σᵀ (Ĥ + N) τ − ½ τᵀ (Ĥ + N) τ − ½ σᵀ N σ + C(σ) − T
+    /// f(q) ≥ v + g·δ + σᵀ (Ĥ + N) τ − ½ τᵀ (Ĥ + N) τ − ½ σᵀ (N + D) σ + C(σ) + (0 at corners) − T
     /// ```
     ///
-    /// for any τ and any N with Ĥ + N positive semidefinite: the first is convex and above its tangent at τ. With
-    /// multipliers μ as in `Separated` Σ μ_r (a_r·q − b_r) is added, which is at most 0 on the region. What remains is
-    /// concave in each σ_i, so its least value over the cell is at a corner of it. A verifier recomputes all of this and
-    /// demands more than the clearance for each corner of the body.
+    /// for any τ and any N with Ĥ + N positive semidefinite: what it belongs to is convex and above its tangent at τ.
+    /// With multipliers μ as in `Separated` Σ μ_r (a_r·q − b_r) is added, which is at most 0 on the region. What remains
+    /// is concave in each σ_i, so its least value over the cell is at a corner of it. A verifier recomputes all of this
+    /// and demands more than the clearance for each corner of the body.
     Corners {
         /// Position in `SweptProof::frames`; it is the link of the body that rests.
         frame: u16,

@@ -254,23 +254,25 @@ fn corners_apart(
     }
     for (corner_idx, proof) in proofs.iter().enumerate() {
         let series = at.series(corner_idx).ok_or_else(|| refuse("the body that moves has no corners"))?;
-        let mut g = vec![0.0; lower.len()];
-        at.coordinates.iter().zip(&series.g).for_each(|(&j, value)| g[j] = *value);
+        let tangent = proof.map_or(&[][..], |(corner, _)| &corner.tangent);
         let multipliers = proof.map_or(&[][..], |(_, multipliers)| multipliers);
+        let folded = series.fold(tangent);
+        let mut g = vec![0.0; lower.len()];
+        at.coordinates.iter().zip(folded.slopes_by_joints()).for_each(|(&j, value)| g[j] = value);
         let beyond = match proof {
-            Some((corner, _)) if !corner.tangent.is_empty() => {
+            Some((corner, _)) if !tangent.is_empty() => {
                 let (slopes, constant) =
                     row_slopes(cell_idx, &g, multipliers, rows, &at.coordinates, lower, upper, &extent)?;
-                let bound = series.by_tangent(&corner.tangent, &corner.concave, &slopes);
+                let bound = folded.by_tangent(tangent, &corner.concave, &slopes);
                 let bound = bound.ok_or_else(|| refuse("N does not make the second order convex"))?;
                 Interval::point(bound) + Interval::point(constant)
             }
             _ => {
                 let bound = row_bound(cell_idx, &g, multipliers, rows, lower, upper, &extent)?;
-                Interval::point(bound) - Interval::point(series.by_sizes()) - Interval::point(series.rounding)
+                Interval::point(bound) - Interval::point(folded.by_sizes()) - Interval::point(series.rounding)
             }
         };
-        let gap = Interval::point(series.value) + offset + beyond;
+        let gap = Interval::point(folded.value()) + offset + beyond;
         if !(gap.lo() > needed) {
             return Err(CellError::NotSeparated { cell_idx, gap: gap.lo(), clearance });
         }

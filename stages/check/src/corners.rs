@@ -5,23 +5,35 @@
 //!
 //! ```text
 //! ∂_i f = r·b_i,  b_i = z_i × (x − o_i) for an angle, z_i for a slide
-//! ∂_i ∂_j f = (r × z_i)·b_j,  ∂_i ∂_j ∂_k f = ((r × z_i) × z_j)·b_k      i ≤ j ≤ k; 0 unless i (and j) is an angle
-//! |∂_i ∂_j ∂_k ∂_l f| ≤ s_i ρ_l,  s_i ≥ |r × z_i|, ρ_l ≥ |b_l| on all of the cell
+//! ∂_i ∂_j f = (r × z_i)·b_j,  ∂_i ∂_j ∂_k f = ((r × z_i) × z_j)·b_k,  ∂_i ∂_j ∂_k ∂_l f = (((r × z_i) × z_j) × z_k)·b_l
+//!      i ≤ j ≤ k ≤ l; 0 unless all but the last are angles
+//! |fifth derivative| ≤ s_i ρ_l,  i its least joint, l its greatest; s_i ≥ |r × z_i|, ρ_l ≥ |b_l| on all of the cell
 //! ```
 //!
 //! because a rotation about z_i turns all that follows it and leaves what lies before it alone. s_i: the angle between
 //! r and z_i changes by at most s_l h_l for each earlier angle l. ρ_l: the corner moves by at most ρ_k h_k, seen from
 //! joint l, for each later joint k.
 //!
-//! Third order: δ_i³ is within h_i³/4 of ¾ h_i² δ_i, and δ_i² δ_k within ½ h_i² h_k of ½ h_i² δ_k, so their slopes go to
-//! g.
+//! Powers, with σ = δ / h in [-1, 1] and c a coefficient of the series. They are folded into lower orders:
+//!
+//! ```text
+//! σ_i³ = ¾ σ_i ± ¼,  σ_i³ σ_j = ¾ σ_i σ_j ± ¼,  σ_i⁴ = σ_i² − ⅛ ± ⅛,  σ_i² σ_j² = ½ σ_i² + ½ σ_j² − ¼ ± ¼
+//! c σ_i² σ_j = ½ c σ_j ± ½ |c|,  c σ_i² σ_j σ_k = ½ c σ_j σ_k ± ½ |c|                    unless i is kept
+//! ```
+//!
+//! Where joint i is kept (|τ_i| large), its squares beside other joints stay: at a corner of the cell they are c σ_j and
+//! c σ_j σ_k, and so they are folded; what that leaves, c (σ_i² − 1) σ_j and c (σ_i² − 1) σ_j σ_k, is 0 at corners and of
+//! second derivative at most D_i = 2 Σ |c| in σ_i, none in other joints. D_i is added to the convex part and taken off
+//! the concave one, which keeps that concave in each σ_i, so that its least value is at a corner. Products of four
+//! different joints are bounded by |c|.
 //!
 //! Rounding. These are computed in `f64`, not in intervals, and [`Series::rounding`] is taken off. Let L be the sum of
 //! all lengths of the chain, the corner's included, at least 1. Each of at most 17 factors of a pose is known to 2e-14
 //! an entry ([`POSE_SLACK`], sine, cosine, products), so orientations to 17 · 6e-14 < 1.2e-12 and positions to
-//! 1.2e-12 L; b to 4e-12 L, ∂_i ∂_j f to 1e-11 L, ∂_i ∂_j ∂_k f to 2e-11 L. Over the cell, with H the sum of the
-//! half-widths, that is at most 2e-11 L (1 + H + H²/2 + H³/6 + H⁴/24); sums of less than 10⁴ terms, each below L times
-//! the same polynomial, add less than 1e-12 of it.
+//! 1.2e-12 L; b to 4e-12 L, axes to 2.1e-12, so r × z_i, … to 6.4e-12 after three products, and every derivative to
+//! 2e-11 L. Over the cell, with H the sum of the half-widths, that is at most 2e-11 L (1 + H + H²/2 + H³/6 + H⁴/24 +
+//! H⁵/120); sums of less than 10⁴ terms, each below L times the same polynomial, add less than 1e-12 of it. What holds
+//! of powers and of D_i then holds of the coefficients as computed.
 //!
 //! [`POSE_SLACK`]: crate::chain::POSE_SLACK
 
@@ -182,87 +194,223 @@ impl<'a> Moving<'a> {
         let h = &self.half;
         let moved = times(&self.R, &corner);
         let x: V = std::array::from_fn(|i| self.p[i] + moved[i]);
-        let mut b = [[0.0; 3]; MAX_JOINTS];
-        let mut rho = [0.0; MAX_JOINTS];
-        let mut moved = 0.0;
-        for k in (0..n).rev() {
-            (b[k], rho[k]) = if self.is_angle[k] {
-                let b = cross(&self.z[k], &minus(&x, &self.o[k]));
-                (b, dot(&b, &b).sqrt() + moved)
-            } else {
-                (self.z[k], 1.0)
-            };
-            moved += h[k] * rho[k];
-        }
+        let (b, rho) = self.levers(&x);
         let mut series = Series {
             n,
+            half: *h,
             value: dot(&self.r, &x),
-            g: std::array::from_fn(|k| dot(&self.r, &b[k])),
+            slopes: std::array::from_fn(|k| if k < n { dot(&self.r, &b[k]) * h[k] } else { 0.0 }),
             hessian: [[0.0; MAX_JOINTS]; MAX_JOINTS],
+            constant: 0.0,
             cubic: [[[0.0; MAX_JOINTS]; MAX_JOINTS]; MAX_JOINTS],
+            squares: [[0.0; MAX_JOINTS]; MAX_JOINTS],
+            squares_of_pairs: [[[0.0; MAX_JOINTS]; MAX_JOINTS]; MAX_JOINTS],
             rest: 0.0,
             rounding: 0.0,
         };
+        self.each_derivative(&b, |joints, t| match *joints {
+            [i, j] => series.add_second(i, j, t),
+            [i, j, k] => series.add_third([i, j, k], t),
+            [i, j, k, l] => series.add_fourth([i, j, k, l], t),
+            _ => {}
+        });
         for i in (0..n).filter(|&i| self.is_angle[i]) {
-            for j in i..n {
-                let value = h[i] * h[j] * dot(&self.a[i], &b[j]);
-                (series.hessian[i][j], series.hessian[j][i]) = (value, value);
-                if !self.is_angle[j] {
-                    continue;
-                }
-                let c = cross(&self.a[i], &self.z[j]);
-                for k in j..n {
-                    let t = dot(&c, &b[k]);
-                    if i == j && j == k {
-                        series.g[i] += 0.125 * t * h[i] * h[i];
-                        series.rest += (t * h[i] * h[i] * h[i]).abs() / 24.0;
-                    } else if i == j || j == k {
-                        let (twice, once) = if i == j { (i, k) } else { (j, i) };
-                        series.g[once] += 0.25 * t * h[twice] * h[twice];
-                        series.rest += 0.25 * (t * h[twice] * h[twice] * h[once]).abs();
-                    } else {
-                        series.cubic[i][j][k] = t * h[i] * h[j] * h[k];
-                    }
-                }
-            }
-            // All quadruples with least index i and greatest l: those within i..=l less those that lack i or l.
+            // All quintuples with least index i and greatest l: those within i..=l less those that lack i or l.
             let (mut with, mut without) = (0.0, 0.0);
             for l in i..n {
-                let fourth = |x: f64| x * x * x * x;
+                let fifth = |x: f64| x * x * x * x * x;
                 let (with_l, without_l) = (with + h[l], if l > i { without + h[l] } else { 0.0 });
-                let tuples = fourth(with_l) - fourth(without_l) - fourth(with) + fourth(without);
-                series.rest += self.s[i] * rho[l] * tuples / 24.0;
+                let tuples = fifth(with_l) - fifth(without_l) - fifth(with) + fifth(without);
+                series.rest += self.s[i] * rho[l] * tuples / 120.0;
                 (with, without) = (with_l, without_l);
             }
         }
         let length = self.length + dot(&corner, &corner).sqrt();
         let width: f64 = h[..n].iter().sum();
-        let powers = 1.0 + width * (1.0 + width * (0.5 + width * (1.0 / 6.0 + width / 24.0)));
+        let powers =
+            1.0 + width * (1.0 + width * (0.5 + width * (1.0 / 6.0 + width * (1.0 / 24.0 + width / 120.0))));
         series.rounding = 2.1e-11 * length * powers;
         Some(series)
     }
+
+    /// b_k of the point `x`, and ρ_k.
+    fn levers(&self, x: &V) -> (Joints<V>, Joints<f64>) {
+        let mut b = [[0.0; 3]; MAX_JOINTS];
+        let mut rho = [0.0; MAX_JOINTS];
+        let mut moved = 0.0;
+        for k in (0..self.coordinates.len()).rev() {
+            (b[k], rho[k]) = if self.is_angle[k] {
+                let b = cross(&self.z[k], &minus(x, &self.o[k]));
+                (b, dot(&b, &b).sqrt() + moved)
+            } else {
+                (self.z[k], 1.0)
+            };
+            moved += self.half[k] * rho[k];
+        }
+        (b, rho)
+    }
+
+    /// Derivatives of second to fourth order by joints in ascending order, over the cell.
+    fn each_derivative(&self, b: &Joints<V>, mut visit: impl FnMut(&[usize], f64)) {
+        let (n, h) = (self.coordinates.len(), &self.half);
+        for i in (0..n).filter(|&i| self.is_angle[i]) {
+            for j in i..n {
+                visit(&[i, j], h[i] * h[j] * dot(&self.a[i], &b[j]));
+                if !self.is_angle[j] {
+                    continue;
+                }
+                let c = cross(&self.a[i], &self.z[j]);
+                for k in j..n {
+                    visit(&[i, j, k], h[i] * h[j] * h[k] * dot(&c, &b[k]));
+                    if !self.is_angle[k] {
+                        continue;
+                    }
+                    let d = cross(&c, &self.z[k]);
+                    for l in k..n {
+                        visit(&[i, j, k, l], h[i] * h[j] * h[k] * h[l] * dot(&d, &b[l]));
+                    }
+                }
+            }
+        }
+    }
 }
 
-/// The series of a corner at the centre of a cell, scaled to the cell.
+/// The series of a corner at the centre of a cell, by σ.
 pub struct Series {
     n: usize,
+    half: Joints<f64>,
     /// r·x at the centre.
-    pub value: f64,
-    /// Slopes by the joints.
-    pub g: Joints<f64>,
+    value: f64,
+    /// First and second order and a constant, with what powers add to them that are folded in any case.
+    slopes: Joints<f64>,
     hessian: Joints<Joints<f64>>,
+    constant: f64,
+    /// Third order in three different joints.
     cubic: Joints<Joints<Joints<f64>>>,
-    /// Third order with a joint more than once, and fourth order.
+    /// Coefficients of σ_i² σ_j and of σ_i² σ_j σ_k, j < k.
+    squares: Joints<Joints<f64>>,
+    squares_of_pairs: Joints<Joints<Joints<f64>>>,
+    /// What those powers lose, products of four different joints, and the fifth order.
     rest: f64,
     /// What rounding may have done to any of it, over the cell.
     pub rounding: f64,
 }
 
 impl Series {
-    /// What second to fourth order take away at most, by absolute values.
+    /// c σ_i σ_j with the derivative `t`.
+    fn add_second(&mut self, i: usize, j: usize, t: f64) {
+        self.hessian[i][j] += t;
+        if i != j {
+            self.hessian[j][i] += t;
+        }
+    }
+
+    fn add_third(&mut self, joints: [usize; 3], t: f64) {
+        match joints {
+            [i, _, k] if i == k => {
+                let c = t / 6.0;
+                self.slopes[i] += 0.75 * c;
+                self.rest += 0.25 * c.abs();
+            }
+            [i, j, k] if i == j => self.squares[i][k] += 0.5 * t,
+            [i, j, k] if j == k => self.squares[j][i] += 0.5 * t,
+            [i, j, k] => self.cubic[i][j][k] = t,
+        }
+    }
+
+    fn add_fourth(&mut self, joints: [usize; 4], t: f64) {
+        match joints {
+            [i, _, _, l] if i == l => {
+                let c = t / 24.0;
+                self.add_second(i, i, 2.0 * c);
+                self.constant -= 0.125 * c;
+                self.rest += 0.125 * c.abs();
+            }
+            [i, j, k, l] if i == k || j == l => {
+                let c = t / 6.0;
+                // Of i = j = k < l and i < j = k = l the products are the same two joints.
+                self.add_second(i, l, 0.75 * c);
+                self.rest += 0.25 * c.abs();
+            }
+            [i, j, k, l] if i == j && k == l => {
+                let c = t / 4.0;
+                self.add_second(i, i, c);
+                self.add_second(k, k, c);
+                self.constant -= 0.25 * c;
+                self.rest += 0.25 * c.abs();
+            }
+            [i, j, k, l] if i == j => self.squares_of_pairs[i][k][l] += 0.5 * t,
+            [i, j, k, l] if j == k => self.squares_of_pairs[j][i][l] += 0.5 * t,
+            [i, j, k, l] if k == l => self.squares_of_pairs[k][i][j] += 0.5 * t,
+            _ => self.rest += t.abs(),
+        }
+    }
+
+    /// The series with the squares folded; those of joints where `tangent` is near the ends of the cell are kept. An
+    /// empty tangent keeps none.
+    pub fn fold(&self, tangent: &[f32]) -> Folded<'_> {
+        let n = self.n;
+        let (mut slopes, mut hessian) = (self.slopes, self.hessian);
+        let (mut kept, mut rest) = ([0.0; MAX_JOINTS], self.rest);
+        for i in 0..n {
+            let is_kept = tangent.get(i).is_some_and(|tau| tau * tau > KEPT);
+            let share = if is_kept { 1.0 } else { 0.5 };
+            let mut size = 0.0;
+            for j in 0..n {
+                slopes[j] += share * self.squares[i][j];
+                size += self.squares[i][j].abs();
+                for k in j + 1..n {
+                    let c = self.squares_of_pairs[i][j][k];
+                    hessian[j][k] += share * c;
+                    hessian[k][j] += share * c;
+                    size += c.abs();
+                }
+            }
+            if is_kept {
+                kept[i] = 2.0 * size;
+                hessian[i][i] += 2.0 * size;
+            } else {
+                rest += 0.5 * size;
+            }
+        }
+        Folded { series: self, slopes, hessian, kept, rest }
+    }
+}
+
+/// The square of τ_i from which the squares of joint i are kept.
+const KEPT: f32 = 0.5;
+
+/// A series of first to third order that differs from f by at most `rest` (and what rounding does) where no square is
+/// kept, and at the corners of the cell in any case.
+pub struct Folded<'a> {
+    series: &'a Series,
+    /// First order, by σ.
+    slopes: Joints<f64>,
+    /// Ĥ, with D.
+    hessian: Joints<Joints<f64>>,
+    /// D_i, 0 where the squares of joint i are not kept.
+    kept: Joints<f64>,
+    rest: f64,
+}
+
+impl Folded<'_> {
+    /// r·x at the centre and the constant.
+    pub fn value(&self) -> f64 {
+        self.series.value + self.series.constant
+    }
+
+    /// Slopes by the joints; 0 where the cell has no width.
+    pub fn slopes_by_joints(&self) -> Joints<f64> {
+        std::array::from_fn(|k| {
+            let half = self.series.half[k];
+            if half > 0.0 { self.slopes[k] / half } else { 0.0 }
+        })
+    }
+
+    /// What second and higher orders take away at most, by absolute values; where no square is kept.
     pub fn by_sizes(&self) -> f64 {
         let second: f64 = self.hessian.iter().flatten().map(|x| x.abs()).sum();
-        let cubic: f64 = self.cubic.iter().flatten().flatten().map(|x| x.abs()).sum();
+        let cubic: f64 = self.series.cubic.iter().flatten().flatten().map(|x| x.abs()).sum();
         0.5 * second + cubic + self.rest
     }
 
@@ -273,7 +421,7 @@ impl Series {
     /// A Cholesky factorisation in `f64` that ends has factored a matrix that differs from the given one by less than
     /// 1e-14 of its trace; that is left of each diagonal entry.
     pub fn by_tangent(&self, tangent: &[f32], concave: &[f32], slopes: &[f64]) -> Option<f64> {
-        let n = self.n;
+        let n = self.series.n;
         let finite = tangent.iter().chain(concave).all(|x| x.is_finite());
         if !finite || n == 0 || tangent.len() != n || slopes.len() != n || !concave.len().is_multiple_of(n) {
             return None;
@@ -310,20 +458,20 @@ impl Series {
         let (mut constant, mut sizes) = (0.0, 0.0);
         for i in 0..n {
             let slope: f64 = (0..n).map(|j| convex[i][j] * tau(j)).sum();
-            constant -= 0.5 * slope * tau(i) + 0.5 * N[i][i];
+            constant -= 0.5 * slope * tau(i) + 0.5 * (N[i][i] + self.kept[i]);
             s[i] = slopes[i] + slope;
             let tau_size: f64 = (0..n).map(|j| (convex[i][j] * tau(j)).abs()).sum();
-            sizes +=
-                slopes[i].abs() + tau_size * (1.0 + tau(i).abs()) + N[i].iter().map(|x| x.abs()).sum::<f64>();
+            sizes += slopes[i].abs() + tau_size * (1.0 + tau(i).abs()) + self.kept[i];
+            sizes += N[i].iter().map(|x| x.abs()).sum::<f64>();
         }
         // Sums of less than 500 terms, rounded once each: 500 · 2⁻⁵³ < 1e-13.
-        let rounding = self.rounding + 1e-13 * (sizes + self.by_sizes());
+        let rounding = self.series.rounding + 1e-13 * (sizes + self.by_sizes());
         Some(constant + self.least_at_corners(&N, &s) - self.rest - rounding)
     }
 
     /// min { s·σ − Σ_{i<j} N_ij σ_i σ_j + C(σ) : σ ∈ {-1, 1}ⁿ }.
     fn least_at_corners(&self, N: &Joints<Joints<f64>>, s: &Joints<f64>) -> f64 {
-        let n = self.n;
+        let n = self.series.n;
         let mut least = f64::INFINITY;
         for signs in 0..1_usize << n {
             let sign: Joints<f64> = std::array::from_fn(|i| if signs >> i & 1 == 1 { -1.0 } else { 1.0 });
@@ -331,7 +479,7 @@ impl Series {
             for i in 0..n {
                 let mut of_i = s[i];
                 for j in i + 1..n {
-                    let last: f64 = (j + 1..n).map(|k| sign[k] * self.cubic[i][j][k]).sum();
+                    let last: f64 = (j + 1..n).map(|k| sign[k] * self.series.cubic[i][j][k]).sum();
                     of_i += sign[j] * (last - N[i][j]);
                 }
                 sum += sign[i] * of_i;
@@ -343,120 +491,4 @@ impl Series {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::interval;
-    use proptest::prelude::*;
-
-    /// A chain of `kinds` (0: slide) with axes and offsets from `numbers`.
-    fn side(kinds: &[u8], numbers: &[f64]) -> Side {
-        let mut steps = Vec::new();
-        let mut numbers = numbers.iter().copied().cycle();
-        let mut next = || numbers.next().unwrap_or(0.3);
-        for (coordinate, kind) in kinds.iter().enumerate() {
-            let (axis, angle) = (unit([next(), next(), next()]), Interval::point(3.0 * next()));
-            let (sin, cos) = angle.sin_cos();
-            let R = crate::swept::rotation(&axis.map(Interval::point), sin, cos, Interval::ONE);
-            steps.push(Step::Fixed { R, p: interval::point3(next(), next(), next()) });
-            let axis = unit([next(), next(), next()]).map(Interval::point);
-            let sign = if next() > 0.0 { 1.0 } else { -1.0 };
-            steps.push(match kind {
-                0 => Step::Slide { axis, sign, coordinate },
-                _ => Step::Turn { axis, sign, coordinate },
-            });
-        }
-        Side { steps, inflation: 0.0 }
-    }
-
-    fn unit(v: V) -> V {
-        let norm = dot(&v, &v).sqrt();
-        if norm > 1e-3 { v.map(|x| x / norm) } else { [0.0, 0.0, 1.0] }
-    }
-
-    proptest! {
-        #![proptest_config(ProptestConfig::with_cases(300))]
-        #[test]
-        fn the_gap_stays_above_the_bounds(
-            kinds in prop::collection::vec(0_u8..5, 1..=8),
-            numbers in prop::collection::vec(-1.0_f64..1.0, 90),
-            width in 0.01_f64..0.6,
-            corner in 0_usize..8,
-            taus in prop::collection::vec(-1.0_f32..1.0, 8),
-            shifts in prop::collection::vec(-0.2_f64..0.2, 8),
-            samples in prop::collection::vec(prop::collection::vec(-1.0_f64..1.0, 8), 40),
-        ) {
-            let n = kinds.len();
-            let side = side(&kinds, &numbers);
-            let shape = Shape::Box { half_extents: [0.3, 0.2, 0.1].into() };
-            let r = unit([numbers[0], numbers[1], numbers[2]]).map(|x| (1.0 - 1e-15) * x);
-            let half: Vec<f64> = (0..n).map(|k| width * (0.6 + 0.4 * numbers[k + 3])).collect();
-            let center: Vec<f64> = (0..n).map(|k| 2.0 * numbers[k + 20]).collect();
-            let at = |center: Vec<f64>, half: Vec<f64>| {
-                let moving = Moving::new(&side, &shape, &Extent { center, half }, &r).expect("few joints");
-                moving.series(corner).expect("a corner")
-            };
-            let series = at(center.clone(), half.clone());
-            let tau = &taus[..n];
-            // Diagonal, and as large as the rows of Ĥ: what is convex with it for sure.
-            let mut w = vec![0.0_f32; n * n];
-            for i in 0..n {
-                let row: f64 = series.hessian[i].iter().map(|x| x.abs()).sum();
-                w[i * n + i] = (row.sqrt() as f32).next_up();
-            }
-            let slopes: Vec<f64> = (0..n).map(|k| series.g[k] * half[k] + shifts[k]).collect();
-            let bound = series.by_tangent(tau, &w, &slopes).expect("it is convex");
-            let mut most = 0.0_f64;
-            for (sample_idx, sample) in samples.iter().enumerate() {
-                let sigma: Vec<f64> =
-                    sample[..n].iter().map(|s| if sample_idx % 2 == 0 { *s } else { s.signum() }).collect();
-                let q: Vec<f64> = (0..n).map(|k| center[k] + half[k] * sigma[k]).collect();
-                let gap = at(q, vec![0.0; n]).value - series.value;
-                let linear: f64 = (0..n).map(|k| series.g[k] * half[k] * sigma[k]).sum();
-                let shifted: f64 = gap + sigma.iter().zip(&shifts).map(|(s, shift)| s * shift).sum::<f64>();
-                prop_assert!((gap - linear).abs() <= series.by_sizes() + series.rounding, "by sizes");
-                prop_assert!(shifted >= bound, "{shifted} < {bound}");
-                most = most.max((gap - linear).abs());
-            }
-            // Neither says nothing.
-            prop_assert!(series.by_sizes() <= 200.0 * most + 1e-6, "{} for {most}", series.by_sizes());
-        }
-    }
-
-    #[test]
-    fn a_second_order_that_stays_concave_is_refused() {
-        // A point turns about z and is seen along x: its gap is largest at 0.
-        let side = side(&[1], &[0.0]);
-        let side = Side {
-            steps: side
-                .steps
-                .into_iter()
-                .map(|step| match step {
-                    Step::Fixed { R, .. } => Step::Fixed { R, p: interval::point3(0.0, 0.0, 0.0) },
-                    other => other,
-                })
-                .chain([Step::Fixed {
-                    R: crate::swept::rotation(
-                        &interval::point3(0.0, 0.0, 1.0),
-                        Interval::ZERO,
-                        Interval::ONE,
-                        Interval::ONE,
-                    ),
-                    p: interval::point3(1.0, 0.0, 0.0),
-                }])
-                .collect(),
-            inflation: 0.0,
-        };
-        let extent = Extent { center: vec![0.0], half: vec![0.1] };
-        let shape = Shape::Sphere { radius: 0.0 };
-        let moving = Moving::new(&side, &shape, &extent, &[1.0, 0.0, 0.0]).expect("one joint");
-        let series = moving.series(0).expect("a point");
-        assert!((series.hessian[0][0] + 0.01).abs() < 1e-9, "{}", series.hessian[0][0]);
-        assert_eq!(series.by_tangent(&[0.0], &[0.0999], &[0.0]), None);
-        let bound = series.by_tangent(&[0.0], &[0.1001], &[0.0]).expect("it is convex");
-        let least = 0.1_f64.cos() - 1.0;
-        assert!(bound <= least && least < bound + 1e-4, "{bound} for {least}");
-        assert_eq!(series.by_tangent(&[0.0, 0.0], &[0.1001], &[0.0]), None);
-        assert_eq!(series.by_tangent(&[f32::NAN], &[0.1001], &[0.0]), None);
-        assert_eq!(series.by_tangent(&[0.0], &[0.1, 0.1, f32::INFINITY], &[0.0]), None);
-    }
-}
+mod tests;

@@ -1,7 +1,8 @@
 //! What a leaf that was proven by corners proves, evaluated anew.
 
 use crate::cell::CellBox;
-use crate::corner_bound::{JointsAt, MAX_JOINTS, concave_matrix};
+use crate::corner_bound::JointsAt;
+use crate::corner_series::{MAX_JOINTS, concave_matrix, kept_squares};
 use crate::pair_model::PairModel;
 use crate::rows::Rows;
 use ipc_types::artefact::NearCorner;
@@ -55,26 +56,28 @@ impl CornerLeaf<'_> {
             let multipliers = own.map_or(&[][..], |(_, multipliers)| multipliers);
             let tangent = own.map_or(&[][..], |(corner, _)| &corner.tangent);
             let concave = own.map_or(&[][..], |(corner, _)| &corner.concave);
-            let first = series.value + offset;
-            let mut g = vec![0.0; cell.lower.len()];
-            side.steps.iter().zip(&series.g).for_each(|(step, value)| g[step.coordinate] = *value);
-            if tangent.is_empty() {
-                least = least.min(first - series.crude() + rows.bound(cell, &g, multipliers));
-                continue;
-            }
             let n = side.steps.len();
-            if tangent.len() != n || !concave.len().is_multiple_of(n) {
-                return f64::NEG_INFINITY;
-            }
             let joints_of = |values: &[f32]| -> [f32; MAX_JOINTS] {
                 std::array::from_fn(|k| values.get(k).copied().unwrap_or(0.0))
             };
-            let w: Vec<[f32; MAX_JOINTS]> = concave.chunks_exact(n).map(joints_of).collect();
-            let N = concave_matrix(&w, n);
-            if !series.is_convex_with(&N) {
+            let tau = joints_of(tangent);
+            let folded = series.fold(kept_squares(&tau));
+            let first = folded.value() + offset;
+            let mut g = vec![0.0; cell.lower.len()];
+            side.steps.iter().zip(folded.by_joints()).for_each(|(step, value)| g[step.coordinate] = value);
+            if tangent.is_empty() {
+                least = least.min(first - folded.crude() + rows.bound(cell, &g, multipliers));
+                continue;
+            }
+            if tangent.len() != n || !concave.len().is_multiple_of(n) {
                 return f64::NEG_INFINITY;
             }
-            let (slopes, constant) = series.tangent(&N, &joints_of(tangent));
+            let w: Vec<[f32; MAX_JOINTS]> = concave.chunks_exact(n).map(joints_of).collect();
+            let N = concave_matrix(&w, n);
+            if !folded.is_convex_with(&N) {
+                return f64::NEG_INFINITY;
+            }
+            let (slopes, constant) = folded.tangent(&N, &tau);
             for (slope, step) in slopes.iter().zip(&side.steps) {
                 g[step.coordinate] += slope / cell.half(step.coordinate).max(f64::MIN_POSITIVE);
             }
@@ -86,7 +89,7 @@ impl CornerLeaf<'_> {
             }
             let spread: f64 = s.iter().map(|s| s.abs()).sum();
             let bound = rows.bound(cell, &g, multipliers);
-            least = least.min(first + constant + bound + spread + series.least_at_corners(&N, &s));
+            least = least.min(first + constant + bound + spread + folded.least_at_corners(&N, &s));
         }
         least
     }

@@ -1,13 +1,16 @@
 //! Planes for a cell by the series of the corners of the body that moves.
 
 use crate::cell::CellBox;
-use crate::corner_bound::{CornerPair, JointsAt, MAX_JOINTS, Series};
-use crate::normals::{better_normal, difference};
+use crate::corner_bound::{CornerPair, JointsAt};
+use crate::corner_series::{Folded, MAX_JOINTS, Series, kept_squares};
+use crate::normals::difference;
 use crate::pair_model::{PairModel, Tangent};
 use crate::row_program::{Active, RowProgram};
 use crate::rows::{Multipliers, RowBound, Rows};
+use crate::separating_normal::{PlacedCore, shortest_difference_of_hull};
 use ipc_types::artefact::{Cell, NearCorner};
 use nalgebra::Vector3;
+use std::rc::Rc;
 
 /// What the corners say of a cell.
 pub enum CornerAnswer {
@@ -23,7 +26,7 @@ pub struct OpenCorner {
     pub n: Vector3<f64>,
     /// g by all coordinates.
     pub g: Vec<f64>,
-    /// f(m) less second to fourth order.
+    /// f(m) less higher orders.
     pub kappa: f64,
     /// f(m).
     pub first: f64,
@@ -31,11 +34,13 @@ pub struct OpenCorner {
     pub bound: f64,
     /// For L.
     pub multipliers: Multipliers,
-    /// Where in cell ∩ region the corner is nearest to the plane, to first order, and the pair's gap there, metres.
+    /// Of the configurations of cell ∩ region that came near planes the one with the least gap, and that gap, metres.
     pub nearest: (Vec<f64>, f64),
-    /// Configurations of cell ∩ region at which normals fail to first order.
+    /// Configurations of cell ∩ region which no normal tried keeps apart; none if one does.
     pub witnesses: Vec<(Vec<f64>, Tangent)>,
-    series: Series,
+    /// All that was seen.
+    pub seen: Vec<Rc<Seen>>,
+    series: Box<Series>,
 }
 
 impl OpenCorner {
@@ -50,6 +55,13 @@ impl OpenCorner {
     }
 }
 
+/// A configuration of the region that came near a plane.
+pub struct Seen {
+    q: Vec<f64>,
+    /// Where the corners are, in the frame.
+    corners: Vec<Vector3<f64>>,
+}
+
 /// What is needed to judge a cell.
 pub struct CornerTask<'a> {
     /// The pair.
@@ -62,6 +74,8 @@ pub struct CornerTask<'a> {
     pub relevant: &'a [u32],
     /// Where the programme of the cell around this one ended.
     pub start: &'a [Active],
+    /// What was seen in the cell around this one.
+    pub seen: &'a [Rc<Seen>],
 }
 
 /// The part of a leaf that proves a corner apart.
@@ -73,37 +87,88 @@ struct CornerProof {
 }
 
 impl CornerTask<'_> {
-    /// Looks for a plane. The normal at the cell's centre comes first, which may lie outside the region; where it fails
-    /// on the region, normals that hold there are tried.
+    /// Looks for a plane. The first normal keeps what was seen in the cell around this one, as far as that lies in this
+    /// one, farthest from the body at rest, or is the one at the cell's centre; the next ones keep what came near the
+    /// planes tried as well.
     pub fn attempt(&self, program: &mut RowProgram, cell: &CellBox) -> CornerAnswer {
         let (model, demand, frame_idx) = (self.model, self.model.demand(), self.pair.frame_idx);
         let joints = JointsAt::new(model, self.pair, cell);
-        let mut n = model.tangent(frame_idx, &cell.centers()).n;
-        let mut witnesses: Vec<(Vec<f64>, Tangent)> = Vec::new();
+        let inside = |seen: &&Rc<Seen>| {
+            self.coordinates().all(|j| cell.lower[j] <= seen.q[j] && seen.q[j] <= cell.upper[j])
+        };
+        let mut seen: Vec<Rc<Seen>> = self.seen.iter().filter(inside).cloned().collect();
+        let mut n = match self.widest(&seen) {
+            Some((n, _)) => n,
+            None => model.tangent(frame_idx, &cell.centers()).n,
+        };
         let mut start = self.start.to_vec();
         program.load(self.rows, self.relevant, cell);
-        loop {
-            let mut open = match self.with_normal(program, cell, &joints, &n, &mut start) {
+        let mut near: Vec<Vec<f64>> = Vec::new();
+        let mut best: Option<Box<OpenCorner>> = None;
+        let mut n_tried = 0;
+        let (mut open, has_normal) = loop {
+            let n_near = near.len();
+            let open = match self.with_normal(program, cell, &joints, &n, &mut start, &mut near) {
                 CornerAnswer::Closed(leaf) => return CornerAnswer::Closed(leaf),
                 CornerAnswer::Open(open) => open,
             };
-            let tangent = model.tangent(frame_idx, &open.nearest.0);
-            open.nearest.1 = tangent.gap;
-            if open.holds_to_first_order(demand) {
-                return CornerAnswer::Open(open);
-            }
-            witnesses.push((open.nearest.0.clone(), tangent));
-            match better_normal(model, frame_idx, &witnesses) {
-                Some(normal) if (normal - n).norm() > 1e-6 => n = normal,
-                _ => {
-                    open.witnesses = witnesses;
-                    return CornerAnswer::Open(open);
+            n_tried += 1;
+            seen.extend(near[n_near..].iter().map(|q| Rc::new(self.see(q))));
+            let least_loss = open.series.least_loss();
+            let open = match best.take() {
+                Some(best) if best.kappa + best.bound >= open.kappa + open.bound => best,
+                _ => open,
+            };
+            // No normal keeps more apart than the hull of what was seen is, and every bound loses some of it.
+            match self.widest(&seen) {
+                Some((next, gap))
+                    if n_tried < MAX_NORMALS
+                        && gap - model.radius - least_loss > demand
+                        && (next - n).norm() >= SAME_NORMAL =>
+                {
+                    n = next;
+                    best = Some(open);
                 }
+                widest => break (open, widest.is_some_and(|(_, gap)| gap - model.radius > demand)),
             }
+        };
+        let witnesses: Vec<(Vec<f64>, Tangent)> =
+            near.into_iter().map(|q| (model.tangent(frame_idx, &q), q)).map(|(at, q)| (q, at)).collect();
+        if let Some((q, tangent)) = witnesses.iter().min_by(|x, y| x.1.gap.total_cmp(&y.1.gap)) {
+            open.nearest = (q.clone(), tangent.gap);
         }
+        if !has_normal {
+            open.witnesses = witnesses;
+        }
+        open.seen = seen;
+        CornerAnswer::Open(open)
     }
 
-    /// The answer for the normal `n`.
+    fn coordinates(&self) -> impl Iterator<Item = usize> {
+        self.model.frames[self.pair.frame_idx].sides[self.pair.moving]
+            .steps
+            .iter()
+            .map(|step| step.coordinate)
+    }
+
+    fn see(&self, q: &[f64]) -> Seen {
+        let (R, p) = self.model.frames[self.pair.frame_idx].sides[self.pair.moving].pose(q);
+        Seen { q: q.to_vec(), corners: self.pair.corners.iter().map(|corner| p + R * corner).collect() }
+    }
+
+    /// The normal that keeps the hull of what was seen farthest from the core at rest, and how far; `None` if nothing
+    /// was seen or they overlap.
+    fn widest(&self, seen: &[Rc<Seen>]) -> Option<(Vector3<f64>, f64)> {
+        let points: Vec<Vector3<f64>> = seen.iter().flat_map(|seen| &seen.corners).copied().collect();
+        let rest = &self.model.frames[self.pair.frame_idx].sides[1 - self.pair.moving];
+        let rest = PlacedCore { core: rest.core, R: rest.R_tail, p: rest.p_tail };
+        let apart = shortest_difference_of_hull(&points, &rest)?;
+        let gap = apart.norm();
+        Some((if self.pair.moving == 0 { apart / gap } else { -apart / gap }, gap))
+    }
+
+    /// The answer for the normal `n`; configurations of cell ∩ region where a corner comes near its plane are added to
+    /// `near_planes`.
     fn with_normal(
         &self,
         program: &mut RowProgram,
@@ -111,6 +176,7 @@ impl CornerTask<'_> {
         joints: &JointsAt,
         n: &Vector3<f64>,
         start: &mut Vec<Active>,
+        near_planes: &mut Vec<Vec<f64>>,
     ) -> CornerAnswer {
         let (model, demand) = (self.model, self.model.demand());
         let frame = &model.frames[self.pair.frame_idx];
@@ -120,27 +186,33 @@ impl CornerTask<'_> {
         let support = rest.core.support((rest.R_tail.tr_mul(&r)).into());
         let offset = -(r.dot(&rest.p_tail) + support) - model.radius;
         let at_normal = joints.with_normal(&r);
-        let mut near: Vec<(f64, usize, Series)> = Vec::new();
+        let mut near: Vec<(f64, usize)> = Vec::new();
         for (corner, x) in self.pair.corners.iter().enumerate() {
-            let series = at_normal.series(x);
-            let slopes = side.steps.iter().zip(&series.g);
-            let spread: f64 = slopes.map(|(step, g)| g.abs() * cell.half(step.coordinate)).sum();
-            let lowest = series.value + offset - spread;
-            if lowest - series.crude() <= demand {
-                near.push((lowest, corner, series));
+            let (value, sizes, slopes) = at_normal.outline(x);
+            let steps = side.steps.iter().zip(&slopes);
+            let spread: f64 = steps.map(|(step, g)| g.abs() * cell.half(step.coordinate)).sum();
+            let lowest = value + offset - spread;
+            if lowest - sizes <= demand + at_normal.rounding(x) {
+                near.push((lowest, corner));
             }
         }
         // The lowest first: one that fails is enough.
         near.sort_by(|x, y| x.0.total_cmp(&y.0).then(x.1.cmp(&y.1)));
         let mut proofs: Vec<CornerProof> = Vec::with_capacity(near.len());
-        for (_, corner, series) in near {
-            let first = series.value + offset;
+        for (_, corner) in near {
+            let series = at_normal.series(&self.pair.corners[corner]);
+            let folded = series.fold(0);
+            let first = folded.value() + offset;
+            let spread: f64 = folded.slopes.iter().map(|slope| slope.abs()).sum();
+            if first - spread - folded.crude() > demand {
+                continue;
+            }
             let mut g = vec![0.0; cell.lower.len()];
-            side.steps.iter().zip(&series.g).for_each(|(step, value)| g[step.coordinate] = *value);
+            side.steps.iter().zip(folded.by_joints()).for_each(|(step, value)| g[step.coordinate] = value);
             // Corners lie close together: what bounds one often bounds the next as well.
             if let Some(CornerProof { multipliers, .. }) = proofs.last() {
                 let bound = self.rows.bound(cell, &g, multipliers);
-                if first - series.crude() + bound > demand {
+                if first - folded.crude() + bound > demand {
                     proofs.push(CornerProof { corner, tangent: None, multipliers: multipliers.clone() });
                     continue;
                 }
@@ -151,15 +223,23 @@ impl CornerTask<'_> {
                     RowBound::Bound { value, multipliers } => (value, multipliers),
                 };
             *start = program.basis();
-            let mut kappa = first - series.crude();
+            let mut kappa = first - folded.crude();
             if kappa + bound > demand {
                 proofs.push(CornerProof { corner, tangent: None, multipliers });
                 continue;
             }
             let at = program.point(cell);
-            let least =
-                LeastOfCorner { first, series: &series, g: &g, at: &at, bound, multipliers: &multipliers };
-            match self.by_tangents(program, cell, &least, start) {
+            let least = LeastOfCorner {
+                offset,
+                series: &series,
+                folded,
+                g: &g,
+                at: &at,
+                bound,
+                multipliers: &multipliers,
+            };
+            near_planes.push(at.clone());
+            match self.by_tangents(program, cell, &least, start, near_planes) {
                 Tangents::Empty(multipliers) => return CornerAnswer::Closed(Cell::Empty { multipliers }),
                 Tangents::Apart(tangent, multipliers) => {
                     proofs.push(CornerProof { corner, tangent: Some(tangent), multipliers });
@@ -176,6 +256,7 @@ impl CornerTask<'_> {
                 multipliers,
                 nearest: (at, f64::NAN),
                 witnesses: Vec::new(),
+                seen: Vec::new(),
                 series,
             }));
         }
@@ -190,19 +271,21 @@ impl CornerTask<'_> {
         cell: &CellBox,
         corner: &LeastOfCorner<'_>,
         start: &[Active],
+        near_planes: &mut Vec<Vec<f64>>,
     ) -> Tangents {
         let demand = self.model.demand();
-        let LeastOfCorner { first, series, g, at, .. } = *corner;
+        let LeastOfCorner { offset, series, folded, g, at, .. } = corner;
+        let first = folded.value() + offset;
         let steps = &self.model.frames[self.pair.frame_idx].sides[self.pair.moving].steps;
         let mut sigma = [0.0; MAX_JOINTS];
         let mut slope_there = 0.0;
-        for (sigma, step) in sigma.iter_mut().zip(steps) {
+        for (k, step) in steps.iter().enumerate() {
             let j = step.coordinate;
-            *sigma = ((at[j] - cell.center(j)) / cell.half(j).max(f64::MIN_POSITIVE)).clamp(-1.0, 1.0);
-            slope_there += g[j] * cell.half(j) * *sigma;
+            sigma[k] = ((at[j] - cell.center(j)) / cell.half(j).max(f64::MIN_POSITIVE)).clamp(-1.0, 1.0);
+            slope_there += folded.slopes[k] * sigma[k];
         }
         // No bound is above the value there.
-        if first + slope_there + series.beyond_first(&sigma) <= demand {
+        if first + slope_there + folded.beyond_first(&sigma) <= demand {
             return Tangents::Open(f64::NEG_INFINITY);
         }
         let scaled_slopes = |slopes: &[f64], multipliers: &Multipliers| {
@@ -215,19 +298,24 @@ impl CornerTask<'_> {
             }
             s
         };
-        let concave = series.concave();
+        let concave = folded.concave();
         let s = scaled_slopes(g, corner.multipliers);
         let spread: f64 = s.iter().map(|s| s.abs()).sum();
-        let at_center = first + corner.bound + spread + series.least_at_corners(&concave.N, &s);
+        let at_center = first + corner.bound + spread + folded.least_at_corners(&concave.N, &s);
         if at_center > demand {
             return Tangents::Apart(([0.0; MAX_JOINTS], concave.w), corner.multipliers.clone());
         }
+        let without_tangent = first + folded.least_at_corners(&concave.N, &[0.0; MAX_JOINTS]);
         for _ in 0..N_TANGENTS {
             let tau = sigma.map(|sigma| sigma as f32);
-            let (slopes, constant) = series.tangent(&concave.N, &tau);
-            let mut with_tangent = g.to_vec();
-            for (slope, step) in slopes.iter().zip(steps) {
-                with_tangent[step.coordinate] += slope / cell.half(step.coordinate).max(f64::MIN_POSITIVE);
+            let folded = series.fold(kept_squares(&tau));
+            let concave = folded.concave();
+            let first = folded.value() + offset;
+            let (slopes, constant) = folded.tangent(&concave.N, &tau);
+            let mut with_tangent = vec![0.0; cell.lower.len()];
+            for (k, step) in steps.iter().enumerate() {
+                with_tangent[step.coordinate] +=
+                    (folded.slopes[k] + slopes[k]) / cell.half(step.coordinate).max(f64::MIN_POSITIVE);
             }
             let answer = self.rows.minimize_loaded(program, cell, &with_tangent, start, f64::INFINITY);
             let (bound, multipliers) = match answer {
@@ -236,18 +324,19 @@ impl CornerTask<'_> {
             };
             let s = scaled_slopes(&with_tangent, &multipliers);
             let spread: f64 = s.iter().map(|s| s.abs()).sum();
-            let value = first + constant + bound + spread + series.least_at_corners(&concave.N, &s);
+            let value = first + constant + bound + spread + folded.least_at_corners(&concave.N, &s);
             if value > demand {
                 return Tangents::Apart((tau, concave.w), multipliers);
             }
             let there = program.point(cell);
+            near_planes.push(there.clone());
             for (sigma, step) in sigma.iter_mut().zip(steps) {
                 let j = step.coordinate;
                 let there = (there[j] - cell.center(j)) / cell.half(j).max(f64::MIN_POSITIVE);
                 *sigma = 0.5 * *sigma + 0.5 * there.clamp(-1.0, 1.0);
             }
         }
-        Tangents::Open(first + series.least_at_corners(&concave.N, &[0.0; MAX_JOINTS]))
+        Tangents::Open(without_tangent)
     }
 
     fn leaf(&self, n: &Vector3<f64>, proofs: &[CornerProof]) -> Cell {
@@ -270,8 +359,8 @@ impl CornerTask<'_> {
         }
     }
 
-    /// The coordinate to halve: where the plane holds to first order the one that takes most of the higher orders away;
-    /// where normals failed, the one that tells most between the points that they failed at.
+    /// The coordinate to halve: where a normal keeps apart what came near planes, the one that takes most of the higher
+    /// orders away; where none does, the one that tells most between the points that they failed at.
     pub fn split_coordinate(&self, cell: &CellBox, open: &OpenCorner) -> Option<usize> {
         let side = &self.model.frames[self.pair.frame_idx].sides[self.pair.moving];
         let center = cell.centers();
@@ -304,9 +393,11 @@ enum Tangents {
 
 /// Where the first order of a corner is least.
 struct LeastOfCorner<'a> {
-    /// f(m).
-    first: f64,
+    /// What is added to r·x.
+    offset: f64,
     series: &'a Series,
+    /// With no square kept.
+    folded: Folded<'a>,
     /// g by all coordinates.
     g: &'a [f64],
     /// A configuration where g·δ is least.
@@ -316,5 +407,9 @@ struct LeastOfCorner<'a> {
     multipliers: &'a Multipliers,
 }
 
+/// Normals that are tried on a cell.
+const MAX_NORMALS: usize = 4;
+/// Normals closer than this are the same.
+const SAME_NORMAL: f64 = 1e-3;
 /// Tangents that are tried for a corner.
 const N_TANGENTS: usize = 2;

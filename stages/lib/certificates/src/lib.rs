@@ -17,6 +17,7 @@ mod control_net;
 mod corner_bound;
 mod corner_leaf;
 mod corner_search;
+mod corner_series;
 mod error;
 mod guide;
 mod normals;

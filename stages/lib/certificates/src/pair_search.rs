@@ -11,6 +11,7 @@ mod cuts;
 use crate::cell::{CellBox, CellTree};
 use crate::control_net::{ControlNet, MAX_HALF_ANGLE};
 use crate::corner_bound::CornerPair;
+use crate::corner_search::Seen;
 use crate::guide::Guide;
 use crate::normals::{better_normal, difference};
 use crate::options::CertifyOptions;
@@ -113,6 +114,8 @@ struct Search<'a> {
     corners: Option<&'a CornerPair>,
     /// Where the programme of the cell around the present one ended.
     start: Rc<[Active]>,
+    /// What was seen in it.
+    seen: Rc<[Rc<Seen>]>,
 }
 
 /// Certifies the pair of `model` on the region, cutting where needed.
@@ -137,6 +140,7 @@ pub fn search(
         n_tried: 0,
         corners: model.corners.as_ref(),
         start: [].into(),
+        seen: [].into(),
     };
     if model.gap(region.center) <= model.clearance {
         let reason = "no plane separates the bodies at the centre of the region".to_owned();
@@ -147,7 +151,7 @@ pub fn search(
         let reason = format!("more than {} joints turn between the bodies", 2 * crate::pair_model::MAX_TURNS);
         return PairOutcome::Failed { configuration: region.center.to_vec(), reason };
     }
-    while let Some(Waiting { node, cell, rows, start, n_rows_seen, .. }) = search.queue.pop() {
+    while let Some(Waiting { node, cell, rows, start, seen, n_rows_seen, .. }) = search.queue.pop() {
         search.n_tried += 1;
         if search.n_tried > options.max_cells {
             return PairOutcome::Limit { n_cells: options.max_cells };
@@ -158,6 +162,7 @@ pub fn search(
         search.relevant.clear();
         search.relevant.extend_from_slice(&rows);
         search.start = start;
+        search.seen = seen;
         search.note_new_rows(n_rows_seen);
         if let Err(reason) = search.treat(net, node, cell.clone()) {
             return PairOutcome::Failed { configuration: cell.centers(), reason };
@@ -318,8 +323,8 @@ impl Search<'_> {
     }
 
     fn waiting(&self, node: usize, cell: CellBox) -> Waiting {
-        let (rows, start) = (self.relevant.as_slice().into(), self.start.clone());
-        Waiting { size: self.model.size(&cell), node, cell, rows, start, n_rows_seen: self.rows.len() }
+        let (rows, start, seen) = (self.relevant.as_slice().into(), self.start.clone(), self.seen.clone());
+        Waiting { size: self.model.size(&cell), node, cell, rows, start, seen, n_rows_seen: self.rows.len() }
     }
 
     /// Looks for a plane in frame `frame_idx`. The normal at the cell's centre comes first, which may lie outside the
@@ -434,8 +439,16 @@ impl Search<'_> {
         upper.lower[j] = at;
         let (rows, n_rows_seen): (Rc<[u32]>, usize) = (self.relevant.as_slice().into(), self.rows.len());
         for (node, cell) in nodes.into_iter().zip([lower, upper]) {
-            let (rows, start) = (rows.clone(), self.start.clone());
-            self.queue.push(Waiting { size: self.model.size(&cell), node, cell, rows, start, n_rows_seen });
+            let (rows, start, seen) = (rows.clone(), self.start.clone(), self.seen.clone());
+            self.queue.push(Waiting {
+                size: self.model.size(&cell),
+                node,
+                cell,
+                rows,
+                start,
+                seen,
+                n_rows_seen,
+            });
         }
     }
 

@@ -81,16 +81,36 @@ pub fn separating_normal(a: &PlacedCore, b: &PlacedCore) -> (Vector3<f64>, f64) 
 
 /// The point of A − B nearest to the origin, roughly; `None` if the cores overlap or nearly touch.
 pub fn shortest_difference(a: &PlacedCore, b: &PlacedCore) -> Option<Vector3<f64>> {
+    shortest_between(a.p - b.p, |n| a.support_point(&-n) - b.support_point(n))
+}
+
+/// The point of hull(`points`) − B nearest to the origin, roughly; `None` if the two overlap or nearly touch.
+pub fn shortest_difference_of_hull(points: &[Vector3<f64>], b: &PlacedCore) -> Option<Vector3<f64>> {
+    let first = points.first()?;
+    shortest_between(first - b.p, |n| {
+        let lowest = points.iter().fold((f64::INFINITY, first), |least, point| {
+            let along = n.dot(point);
+            if along < least.0 { (along, point) } else { least }
+        });
+        lowest.1 - b.support_point(n)
+    })
+}
+
+/// The point nearest to the origin of the convex set whose lowest point along a direction is `lowest`; `start` is in it.
+fn shortest_between(
+    start: Vector3<f64>,
+    lowest: impl Fn(&Vector3<f64>) -> Vector3<f64>,
+) -> Option<Vector3<f64>> {
     let mut simplex: Vec<Vector3<f64>> = Vec::with_capacity(4);
-    let mut nearest = a.p - b.p;
+    let mut nearest = start;
     for _ in 0..MAX_ITERATIONS {
         let distance = nearest.norm();
         if distance < 1e-9 {
             return None;
         }
         let n = nearest / distance;
-        let point = a.support_point(&-n) - b.support_point(&n);
-        // No point of A − B is nearer than n·point.
+        let point = lowest(&n);
+        // No point is nearer than n·point.
         if simplex.len() == 4 || (!simplex.is_empty() && distance - n.dot(&point) < 1e-7 * distance) {
             return Some(nearest);
         }

@@ -1,6 +1,7 @@
 //! The order in which cells are tried: largest first.
 
 use crate::cell::CellBox;
+use crate::corner_search::Seen;
 use crate::row_program::Active;
 use std::cmp::Ordering;
 use std::rc::Rc;
@@ -17,6 +18,8 @@ pub struct Waiting {
     pub rows: Rc<[u32]>,
     /// Where the programme of the cell around it ended.
     pub start: Rc<[Active]>,
+    /// What was seen in it.
+    pub seen: Rc<[Rc<Seen>]>,
     /// How many rows there were when it was made.
     pub n_rows_seen: usize,
 }

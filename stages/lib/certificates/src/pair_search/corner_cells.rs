@@ -20,9 +20,10 @@ impl Search<'_> {
         loop {
             let mut program = std::mem::take(&mut self.program);
             let (relevant, start) = (&self.relevant[..], &self.start[..]);
-            let task = CornerTask { model: self.model, pair, rows: &self.rows, relevant, start };
+            let task =
+                CornerTask { model: self.model, pair, rows: &self.rows, relevant, start, seen: &self.seen };
             let answer = task.attempt(&mut program, cell);
-            let open = match answer {
+            let mut open = match answer {
                 CornerAnswer::Closed(leaf) => {
                     self.program = program;
                     self.tree.close(node, leaf);
@@ -32,7 +33,9 @@ impl Search<'_> {
             };
             let split_at = task.split_coordinate(cell, &open);
             self.start = program.basis().into();
+            let seen = std::mem::take(&mut open.seen);
             self.program = program;
+            self.seen = seen.into();
             if open.is_wide() && open.holds_to_first_order(self.model.demand()) {
                 match self.attempt(net, self.frame_order[0], cell) {
                     Answer::Empty(multipliers) => {
