@@ -32,13 +32,14 @@ fn every_path_of_the_code_map_exists() {
 #[test]
 fn every_source_file_of_the_stages_is_in_the_code_map() {
     let map = code_map();
+    // By its own row, or by that of a folder of sources: a row of a whole package says nothing of a file.
     let listed = |path: &Path| {
         path.ancestors().any(|part| {
-            let name = part.to_string_lossy();
-            map.contains(name.as_ref()) || map.contains(&format!("{name}/"))
+            let name = format!("{}/", part.to_string_lossy());
+            map.contains(name.trim_end_matches('/')) || (map.contains(&name) && name.contains("/src/"))
         })
     };
-    let mut open = vec![project().join("stages")];
+    let mut open: Vec<_> = ["stages", "ipc-types", "orchestrator"].map(|root| project().join(root)).into();
     while let Some(folder) = open.pop() {
         for entry in std::fs::read_dir(&folder).expect("a folder") {
             let path = entry.expect("an entry").path();

@@ -112,9 +112,17 @@ pub enum CertifyOutcome {
     Stopped,
 }
 
-/// Does `work` for each of `items`, each [`N_LANES`]-th one on a thread of its own; what comes out does not depend on
-/// the threads.
-fn in_lanes<T: Sync, R: Send>(items: &[T], work: impl Fn(&T, &mut ControlNet) -> R + Sync) -> Vec<R> {
+/// Does `work` for each of `items`, each [`N_LANES`]-th one on a thread of its own if `on_threads`; what comes out does
+/// not depend on the threads.
+fn in_lanes<T: Sync, R: Send>(
+    items: &[T],
+    on_threads: bool,
+    work: impl Fn(&T, &mut ControlNet) -> R + Sync,
+) -> Vec<R> {
+    if !on_threads {
+        let mut net = ControlNet::default();
+        return items.iter().map(|item| work(item, &mut net)).collect();
+    }
     let lane = |first: usize| -> Vec<R> {
         let mut net = ControlNet::default();
         items.iter().skip(first).step_by(N_LANES).map(|item| work(item, &mut net)).collect()
@@ -294,7 +302,8 @@ impl Certifier {
         let earlier = earlier.of_candidate(&candidate.polyhedron);
         let earlier =
             earlier.map(|certificate| (certificate, EarlierRows::new(certificate, &rows, &self.limits)));
-        let outcomes = in_lanes(&self.pairs, |model, net| {
+        let on_threads = self.options.workers != 1;
+        let outcomes = in_lanes(&self.pairs, on_threads, |model, net| {
             let known = earlier.as_ref().and_then(|(certificate, earlier_rows)| {
                 reused(model, certificate, earlier_rows, rows.len(), &self.limits, net)
             });
@@ -320,7 +329,8 @@ impl Certifier {
             let guide_now = || shared.guide.clone().unwrap_or_else(guide);
             let region = RegionData { rows: &base, guide: &guide_now, ..region };
             let models: Vec<&PairModel> = chunk.iter().map(|&idx| &self.pairs[idx]).collect();
-            let outcomes = in_lanes(&models, |model, net| search(model, &region, &options, net, is_stopped));
+            let outcomes =
+                in_lanes(&models, on_threads, |model, net| search(model, &region, &options, net, is_stopped));
             let mut found: Vec<(usize, SharedProof)> = Vec::with_capacity(N_LANES);
             for (&idx, outcome) in chunk.iter().zip(outcomes) {
                 let pair = self.pairs[idx].pair;

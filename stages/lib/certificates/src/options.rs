@@ -24,8 +24,8 @@ pub struct CertifyOptions {
     /// Kind of certificate.
     #[arg(long, value_enum, default_value_t = Method::Swept)]
     pub method: Method,
-    /// Threads that certify regions; 0: all cores, or one where other processes share the work. The result does not
-    /// depend on it.
+    /// Regions that are certified at a time, each on two threads, or on one if this is 1; 0: as many as cores, or one
+    /// where other processes share the work. The result does not depend on it.
     #[arg(long, default_value_t = 0)]
     pub workers: usize,
     /// Samples by which the loss of a cut is judged, for each of region, grasp space and placement space; (n − 3) times
