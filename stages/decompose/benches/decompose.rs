@@ -2,28 +2,10 @@
 
 use collision::CollisionChecker;
 use criterion::{Criterion, criterion_group, criterion_main};
-use decompose::{Anchor, Options, Sink, decompose, problem_of_scene, regions_at};
+use decompose::{Anchor, NoSink, Options, decompose, problem_of_scene, regions_at};
 use nalgebra::DVector;
 use scene::Scene;
 use std::path::Path;
-use wire::Region;
-
-/// Keeps nothing and certifies nothing.
-struct Nowhere;
-
-impl Sink for Nowhere {
-    type Error = std::convert::Infallible;
-
-    fn region(&mut self, _: &Region) -> Result<(), Self::Error> {
-        Ok(())
-    }
-
-    fn progress(&mut self, _: usize, _: f64, _: &str) {}
-
-    fn certified(&mut self, _: &[u64]) -> Result<Option<Vec<Region>>, Self::Error> {
-        Ok(None)
-    }
-}
 
 fn load(name: &str) -> Scene {
     Scene::load(&Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes").join(name))
@@ -40,7 +22,7 @@ fn reference_scenes(criterion: &mut Criterion) {
         let problem = problem_of_scene(&scene, Some(task), &checker);
         let options = Options::default();
         group.bench_function(name, |bencher| {
-            bencher.iter(|| decompose(&problem, &options, 0, &mut Nowhere, &|| false));
+            bencher.iter(|| decompose(&problem, &options, 0, &mut NoSink, &|| false));
         });
     }
     let scene = load("iiwa14-shelf");
@@ -50,7 +32,7 @@ fn reference_scenes(criterion: &mut Criterion) {
     problem.anchors = vec![Anchor { name: "above shelf".into(), q: DVector::from_column_slice(&q) }];
     let options = Options { domain_radius: 0.5, ..Options::default() };
     group.bench_function("iiwa14-shelf, one region", |bencher| {
-        bencher.iter(|| regions_at(&problem, &options, 0, &mut Nowhere, &|| false));
+        bencher.iter(|| regions_at(&problem, &options, 0, &mut NoSink, &|| false));
     });
     group.finish();
 }

@@ -5,30 +5,12 @@
 use collision::CollisionChecker;
 use convex_sets::{HPolyhedron, HitAndRun};
 use criterion::{Criterion, criterion_group, criterion_main};
-use decompose::{Anchor, Method, Options, Problem, Sink, problem_of_scene, regions_at};
+use decompose::{Anchor, Method, NoSink, Options, Problem, problem_of_scene, regions_at};
 use nalgebra::DVector;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use scene::Scene;
 use std::path::Path;
-use wire::Region;
-
-/// Keeps nothing and certifies nothing.
-struct Nowhere;
-
-impl Sink for Nowhere {
-    type Error = std::convert::Infallible;
-
-    fn region(&mut self, _: &Region) -> Result<(), Self::Error> {
-        Ok(())
-    }
-
-    fn progress(&mut self, _: usize, _: f64, _: &str) {}
-
-    fn certified(&mut self, _: &[u64]) -> Result<Option<Vec<Region>>, Self::Error> {
-        Ok(None)
-    }
-}
 
 /// Seeds of Marcucci et al. 2023: shelves and bins, then C, L and R.
 const SEEDS: [(&str, [f64; 7]); 8] = [
@@ -80,7 +62,7 @@ fn growers(criterion: &mut Criterion) {
         for method in METHODS {
             let problem = at(&seed);
             let before = cpu_seconds();
-            let Ok(regions) = regions_at(&problem, &options(method), 0, &mut Nowhere, &|| false);
+            let Ok(regions) = regions_at(&problem, &options(method), 0, &mut NoSink, &|| false);
             let seconds = cpu_seconds() - before;
             let Some(P) = regions.first().map(|region| &region.polyhedron) else { continue };
             let volume = P.max_inscribed_ellipsoid().map_or(0.0, |E| E.relative_volume());
@@ -99,7 +81,7 @@ fn growers(criterion: &mut Criterion) {
         for (name, seed) in &SEEDS[..3] {
             let (problem, options) = (at(seed), options(method));
             group.bench_function(format!("{}, {name}", method.name()), |bencher| {
-                bencher.iter(|| regions_at(&problem, &options, 0, &mut Nowhere, &|| false));
+                bencher.iter(|| regions_at(&problem, &options, 0, &mut NoSink, &|| false));
             });
         }
     }

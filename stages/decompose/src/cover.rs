@@ -27,27 +27,13 @@ use crate::leaf_chords::{ChordCoverage, FreeChord, Leaves};
 use crate::options::Options;
 use crate::problem::Problem;
 use crate::seed::Seed;
+use crate::sink::Sink;
 use crate::streams::Streams;
 use crate::target::{Target, TargetKind};
 use crate::visibility::VisibilityGraph;
 use measures::Shortfall;
 
 pub use extend::{Kept, extend};
-
-/// Where regions go as they are found, and where certified ones come from.
-pub trait Sink {
-    /// What can go wrong there.
-    type Error;
-
-    /// A region; ids count from 0.
-    fn region(&mut self, region: &Region) -> Result<(), Self::Error>;
-
-    /// `n_regions` were found, `coverage` of the set named in `message` is covered.
-    fn progress(&mut self, n_regions: usize, coverage: f64, message: &str);
-
-    /// The certified versions of the regions `ids`, once they are known; `None` if there is no certification.
-    fn certified(&mut self, ids: &[u64]) -> Result<Option<Vec<Region>>, Self::Error>;
-}
 
 /// How the work ended.
 #[derive(Debug, Clone, PartialEq)]

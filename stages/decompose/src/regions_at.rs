@@ -6,13 +6,13 @@ use wire::Region;
 
 use crate::anchors::contain_exactly;
 use crate::coordinates::Coordinates;
-use crate::cover::Sink;
 use crate::domain::Domain;
 use crate::grow::{Growing, GrowthJob};
 use crate::grower::Growth;
 use crate::options::Options;
 use crate::problem::{Anchor, Problem, ProblemError};
 use crate::seed::Seed;
+use crate::sink::Sink;
 use crate::streams::Streams;
 
 /// A straight segment that a region must contain.

@@ -3,29 +3,12 @@
 use certificates::{Candidate, Certifier, CertifyOptions, CertifyOutcome, Purpose};
 use collision::CollisionChecker;
 use decompose::{
-    Anchor, Ending, Method, Options, Problem, ProvableSpace, Sink, decompose, problem_of_scene, regions_at,
+    Anchor, Ending, Method, NoSink, Options, Problem, ProvableSpace, decompose, problem_of_scene, regions_at,
 };
 use nalgebra::DVector;
 use scene::Scene;
 use std::path::Path;
 use wire::Region;
-
-/// Keeps nothing and certifies nothing.
-struct Nowhere;
-
-impl Sink for Nowhere {
-    type Error = std::convert::Infallible;
-
-    fn region(&mut self, _: &Region) -> Result<(), Self::Error> {
-        Ok(())
-    }
-
-    fn progress(&mut self, _: usize, _: f64, _: &str) {}
-
-    fn certified(&mut self, _: &[u64]) -> Result<Option<Vec<Region>>, Self::Error> {
-        Ok(None)
-    }
-}
 
 fn load(name: &str) -> Scene {
     Scene::load(&Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes").join(name)).unwrap()
@@ -40,11 +23,11 @@ fn regions(scene: &Scene, q: Option<&[f64]>, options: &Options) -> Vec<Region> {
         Some(q) => {
             let anchor = Anchor { name: "seed".into(), q: DVector::from_column_slice(q) };
             let problem = Problem { anchors: vec![anchor], ..problem };
-            let Ok(regions) = regions_at(&problem, options, 0, &mut Nowhere, &|| false);
+            let Ok(regions) = regions_at(&problem, options, 0, &mut NoSink, &|| false);
             regions
         }
         None => {
-            let Ok(found) = decompose(&problem, options, 0, &mut Nowhere, &|| false);
+            let Ok(found) = decompose(&problem, options, 0, &mut NoSink, &|| false);
             assert_eq!(found.ending, Ending::Covered);
             found.regions
         }

@@ -1,7 +1,9 @@
 //! Regions of an earlier run, after an obstacle has moved.
 
 use convex_sets::{HPolyhedron, Hyperrectangle};
-use decompose::{Decomposition, Ending, FreeWhere, Kept, Options, Problem, Sink, covered, decompose, extend};
+use decompose::{
+    Decomposition, Ending, FreeWhere, Kept, NoSink, Options, Problem, covered, decompose, extend,
+};
 use nalgebra::DVector;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -30,24 +32,8 @@ fn discs(x: f64) -> FreeWhere<impl Fn(&[f64]) -> bool + Sync> {
     FreeWhere(move |q: &[f64]| (q[1] + 0.6).hypot(q[2] + 0.6) > 0.25 && (q[1] - x).hypot(q[2] - 0.5) > 0.25)
 }
 
-struct Nowhere;
-
-impl Sink for Nowhere {
-    type Error = std::convert::Infallible;
-
-    fn region(&mut self, _: &Region) -> Result<(), Self::Error> {
-        Ok(())
-    }
-
-    fn progress(&mut self, _: usize, _: f64, _: &str) {}
-
-    fn certified(&mut self, _: &[u64]) -> Result<Option<Vec<Region>>, Self::Error> {
-        Ok(None)
-    }
-}
-
 fn first(problem: &Problem<'_>) -> Vec<Region> {
-    let Ok(found) = decompose(problem, &Options::default(), 0, &mut Nowhere, &|| false);
+    let Ok(found) = decompose(problem, &Options::default(), 0, &mut NoSink, &|| false);
     assert_eq!(found.ending, Ending::Covered);
     // As certification would leave them, by and large: away from contact.
     let shrunk = |region: &Region| {
@@ -60,7 +46,7 @@ fn first(problem: &Problem<'_>) -> Vec<Region> {
 }
 
 fn extended(problem: &Problem<'_>, earlier: &[Region], options: &Options) -> (Decomposition, Kept) {
-    let Ok(found) = extend(problem, earlier, options, 1, &mut Nowhere, &|| false);
+    let Ok(found) = extend(problem, earlier, options, 1, &mut NoSink, &|| false);
     found
 }
 

@@ -3,7 +3,7 @@
 use collision::CollisionChecker;
 use convex_sets::{HPolyhedron, HitAndRun};
 use decompose::{
-    Anchor, Ending, Method, Options, Problem, ProblemError, ProvableSpace, Segment, Sink, decompose,
+    Anchor, Ending, Method, NoSink, Options, Problem, ProblemError, ProvableSpace, Segment, decompose,
     problem_of_scene, regions_along, regions_at,
 };
 use nalgebra::DVector;
@@ -11,24 +11,6 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use scene::Scene;
 use std::path::Path;
-use wire::Region;
-
-/// Keeps nothing and certifies nothing.
-struct Nowhere;
-
-impl Sink for Nowhere {
-    type Error = std::convert::Infallible;
-
-    fn region(&mut self, _: &Region) -> Result<(), Self::Error> {
-        Ok(())
-    }
-
-    fn progress(&mut self, _: usize, _: f64, _: &str) {}
-
-    fn certified(&mut self, _: &[u64]) -> Result<Option<Vec<Region>>, Self::Error> {
-        Ok(None)
-    }
-}
 
 const ALL: [Method; 4] = [Method::Iris, Method::IrisNp, Method::IrisNp2, Method::IrisZo];
 
@@ -44,7 +26,7 @@ fn anchor(q: &[f64]) -> Anchor {
 fn grown(scene: &Scene, q: &[f64], options: &Options) -> Vec<HPolyhedron> {
     let checker = CollisionChecker::new(scene);
     let problem = Problem { anchors: vec![anchor(q)], ..problem_of_scene(scene, None, &checker) };
-    let Ok(regions) = regions_at(&problem, options, 0, &mut Nowhere, &|| false);
+    let Ok(regions) = regions_at(&problem, options, 0, &mut NoSink, &|| false);
     assert!(regions.iter().all(|region| region.method.starts_with(options.method.name())));
     regions.into_iter().map(|region| region.polyhedron).collect()
 }
@@ -205,7 +187,7 @@ fn grown_in_tangent_space(scene: &Scene, q: &[f64], options: &Options) -> Option
     assert_eq!(Method::CIris.check(&problem, &|_| String::new()), Ok(()));
     let problem = Problem { anchors: vec![anchor(q)], ..problem };
     let options = Options { method: Method::CIris, ..options.clone() };
-    let Ok(regions) = regions_at(&problem, &options, 0, &mut Nowhere, &|| false);
+    let Ok(regions) = regions_at(&problem, &options, 0, &mut NoSink, &|| false);
     assert!(regions.iter().all(|region| region.method.starts_with("c-iris")));
     regions.into_iter().next().map(|region| region.polyhedron)
 }
@@ -261,7 +243,7 @@ fn c_iris_copes_with_wide_angles_and_segments() {
     let ends = [[-0.8, 0.08], [0.9, -0.05]];
     let segment = Segment { name: "edge".into(), ends: ends.map(|q| DVector::from_column_slice(&q)) };
     let options = Options { method: Method::CIris, c_iris_iterations: 3, ..Options::default() };
-    let Ok(regions) = regions_along(&problem, &[segment], &options, 0, &mut Nowhere, &|| false);
+    let Ok(regions) = regions_along(&problem, &[segment], &options, 0, &mut NoSink, &|| false);
     let [region] = regions.as_slice() else { panic!("no region") };
     assert!(ends.iter().all(|q| contains(&region.polyhedron, q)));
     assert_eq!(colliding_share(&checker, &region.polyhedron, 20_000), 0.0);
@@ -283,7 +265,7 @@ fn c_iris_covers() {
                 c_iris_iterations: 1,
                 ..Options::default()
             };
-            let Ok(found) = decompose(&problem, &options, 0, &mut Nowhere, &|| false);
+            let Ok(found) = decompose(&problem, &options, 0, &mut NoSink, &|| false);
             assert_eq!(found.ending, Ending::Covered, "{name}");
             found.regions
         };
@@ -376,7 +358,7 @@ fn a_region_along_a_segment_contains_it() {
             }
             let segment = Segment { name: "edge".into(), ends: ends.map(DVector::from_column_slice) };
             let options = Options { method, ..Options::default() };
-            let Ok(regions) = regions_along(&problem, &[segment], &options, 0, &mut Nowhere, &|| false);
+            let Ok(regions) = regions_along(&problem, &[segment], &options, 0, &mut NoSink, &|| false);
             let [region] = regions.as_slice() else { panic!("{name}, {method:?}: no region") };
             for end in ends {
                 assert!(contains(&region.polyhedron, end), "{name}, {method:?}: {end:?}");
@@ -420,7 +402,7 @@ fn every_grower_covers_what_is_to_be_covered() {
         let problem = problem_of_scene(&scene, task, &checker);
         for &method in methods {
             let options = Options { method, ..Options::default() };
-            let Ok(found) = decompose(&problem, &options, 0, &mut Nowhere, &|| false);
+            let Ok(found) = decompose(&problem, &options, 0, &mut NoSink, &|| false);
             assert_eq!(found.ending, Ending::Covered, "{name}, {method:?}");
             assert!(found.regions.len() <= 24, "{name}, {method:?}: {} regions", found.regions.len());
             assert!(found.regions.iter().all(|region| region.method.starts_with(method.name())));

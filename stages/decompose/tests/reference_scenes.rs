@@ -2,31 +2,13 @@
 
 use collision::CollisionChecker;
 use decompose::{
-    Decomposition, Ending, Options, Sink, covered, decompose, longest_chord_coverage, problem_of_scene,
+    Decomposition, Ending, NoSink, Options, covered, decompose, longest_chord_coverage, problem_of_scene,
 };
 use nalgebra::DVector;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use scene::Scene;
 use std::path::Path;
-use wire::Region;
-
-/// Keeps nothing and certifies nothing.
-struct Nowhere;
-
-impl Sink for Nowhere {
-    type Error = std::convert::Infallible;
-
-    fn region(&mut self, _: &Region) -> Result<(), Self::Error> {
-        Ok(())
-    }
-
-    fn progress(&mut self, _: usize, _: f64, _: &str) {}
-
-    fn certified(&mut self, _: &[u64]) -> Result<Option<Vec<Region>>, Self::Error> {
-        Ok(None)
-    }
-}
 
 fn load(name: &str) -> Scene {
     Scene::load(&Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes").join(name)).unwrap()
@@ -40,7 +22,7 @@ fn run(scene: &Scene, options: &Options, seed: u64) -> Decomposition {
     };
     let problem = problem_of_scene(scene, task, &checker);
     problem.check().unwrap();
-    let Ok(found) = decompose(&problem, options, seed, &mut Nowhere, &|| false);
+    let Ok(found) = decompose(&problem, options, seed, &mut NoSink, &|| false);
     found
 }
 
