@@ -195,6 +195,8 @@ pub struct Certifier {
 const EASY_CELLS: u64 = 400;
 /// So many of the other pairs run against the same rows; then their cuts are joined.
 const N_LANES: usize = 2;
+/// Samples by which cuts are judged where there are earlier certificates: little is cut then.
+const MAX_EXTENSION_SAMPLES: usize = 500;
 /// A cut leaves the centre this share of the distance that it had to the nearest face.
 const MIN_ROOM_SHARE: f64 = 0.05;
 
@@ -260,7 +262,8 @@ impl Certifier {
         let scale = self.limits.lower.len().saturating_sub(3).max(1);
         let options =
             CertifyOptions { max_cut_loss: self.options.max_cut_loss / scale as f64, ..self.options.clone() };
-        let n_samples = if options.cuts_allowed() { options.guide_samples * scale } else { 0 };
+        let most = if earlier.is_empty() { usize::MAX } else { MAX_EXTENSION_SAMPLES };
+        let n_samples = if options.cuts_allowed() { options.guide_samples.min(most) * scale } else { 0 };
         // Regions that need no cut need no samples.
         let samples: OnceLock<Guide> = OnceLock::new();
         let guide = || {

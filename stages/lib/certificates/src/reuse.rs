@@ -29,6 +29,11 @@ impl EarlierCertificates {
         Self { regions }
     }
 
+    /// Whether there is none.
+    pub fn is_empty(&self) -> bool {
+        self.regions.is_empty()
+    }
+
     /// `certify/regions` and `certify/certificates` of the run in `folder`, whose scene may have been another one with
     /// the same `coordinates`. Errors say which file, what is wrong, and what to do.
     pub fn of_run(folder: &Path, coordinates: &[String]) -> Result<Self, String> {

@@ -127,9 +127,11 @@ const MAX_ITERATIONS: usize = 24;
 fn reduce(simplex: &mut Vec<Vector3<f64>>) -> Vector3<f64> {
     let mut best: Option<(f64, usize, Vector3<f64>)> = None;
     for subset in 1..1_usize << simplex.len() {
-        let vertices: Vec<Vector3<f64>> =
-            (0..simplex.len()).filter(|i| subset >> i & 1 == 1).map(|i| simplex[i]).collect();
-        let Some(point) = nearest_in_hull(&vertices) else { continue };
+        let (mut vertices, mut n) = ([Vector3::zeros(); 4], 0);
+        for (_, vertex) in simplex.iter().enumerate().filter(|(i, _)| subset >> i & 1 == 1) {
+            (vertices[n], n) = (*vertex, n + 1);
+        }
+        let Some(point) = nearest_in_hull(&vertices[..n]) else { continue };
         let size = point.norm_squared();
         if best.as_ref().is_none_or(|(least, ..)| size < *least) {
             best = Some((size, subset, point));
@@ -148,8 +150,9 @@ fn reduce(simplex: &mut Vec<Vector3<f64>>) -> Vector3<f64> {
 /// The point nearest to the origin of the affine hull of `vertices`, if it lies in the interior of their hull.
 fn nearest_in_hull(vertices: &[Vector3<f64>]) -> Option<Vector3<f64>> {
     let base = vertices[0];
-    let edges: Vec<Vector3<f64>> = vertices[1..].iter().map(|v| v - base).collect();
-    let k = edges.len();
+    let mut edges = [Vector3::zeros(); 3];
+    edges.iter_mut().zip(&vertices[1..]).for_each(|(edge, vertex)| *edge = vertex - base);
+    let k = vertices.len() - 1;
     if k == 0 {
         return Some(base);
     }
