@@ -21,7 +21,7 @@ use crate::clique_cover::{clique_cover, seed_of_clique};
 use crate::coordinates::Coordinates;
 use crate::coverage::{Estimate, covered, wilson_interval};
 use crate::domain::Domain;
-use crate::grow::{Growing, Grown, GrowthJob, select};
+use crate::grow::{Candidate, Growing, Grown, GrowthJob, covers, select};
 use crate::grower::Growth;
 use crate::leaf_chords::{ChordCoverage, FreeChord, Leaves};
 use crate::options::Options;
@@ -145,8 +145,9 @@ struct Cover<'a, S> {
     max_cliques: usize,
     /// Of what may stay uncovered after certification, the share that may stay uncovered before it.
     headroom: f64,
-    /// Little is new: what is dropped is chosen on the last round's samples, those that check the choice measure what
-    /// is covered, and chords are searched once before they are measured.
+    /// Little is new: what is met is not measured again, no draft grows where earlier ones of a round are, what is
+    /// dropped is chosen on the last round's samples, those that check the choice measure what is covered, and chords are
+    /// searched once, where no region is yet.
     is_thrifty: bool,
     /// Samples of each target, and chords, that are to serve again.
     last_samples: Vec<Vec<Vec<f64>>>,
@@ -314,9 +315,21 @@ impl<'a, S: Sink> Cover<'a, S> {
         least_gain: usize,
         enough: usize,
     ) -> bool {
-        let candidates = self.growing.drafts(jobs, &mut self.streams);
-        let chosen = select(&candidates, uncovered, least_gain, enough);
-        let grown = self.growing.refined(jobs, &candidates, &chosen, &mut self.streams);
+        let drafts = self.growing.drafts(jobs, &mut self.streams);
+        self.take_best(jobs, &drafts, uncovered, least_gain, enough)
+    }
+
+    /// Refines and takes in those of the drafts of `jobs` that [`Cover::grow_and_select`] keeps.
+    fn take_best(
+        &mut self,
+        jobs: &[GrowthJob<'_, '_>],
+        drafts: &[Option<Candidate>],
+        uncovered: &[Vec<f64>],
+        least_gain: usize,
+        enough: usize,
+    ) -> bool {
+        let chosen = select(drafts, uncovered, least_gain, enough);
+        let grown = self.growing.refined(jobs, drafts, &chosen, &mut self.streams);
         for grown in &grown {
             if self.regions.len() < self.options.max_regions {
                 self.take_in(grown, &[]);
@@ -390,11 +403,16 @@ impl<'a, S: Sink> Cover<'a, S> {
     /// Rounds over all sets; an ending if the work cannot go on.
     fn grow_until_covered(&mut self, after_certification: bool) -> Option<Ending> {
         let mut n_stalled = vec![0; self.targets.len()];
+        let mut is_met = vec![false; self.targets.len()];
         for _ in 0..self.options.max_rounds {
             let mut all_met = true;
             for target_idx in 0..self.targets.len() {
                 if (self.is_stopped)() {
                     return Some(Ending::Stopped);
+                }
+                // Regions are only added: what is met stays met.
+                if self.is_thrifty && is_met[target_idx] {
+                    continue;
                 }
                 if n_stalled[target_idx] >= MAX_STALLED || self.regions.len() >= self.options.max_regions {
                     continue;
@@ -422,6 +440,7 @@ impl<'a, S: Sink> Cover<'a, S> {
                 }
                 self.sink.progress(self.regions.len(), estimate.value, target.kind.name());
                 if estimate.low >= self.aim(target.kind, after_certification) {
+                    is_met[target_idx] = true;
                     continue;
                 }
                 all_met = false;
@@ -461,10 +480,16 @@ impl<'a, S: Sink> Cover<'a, S> {
         let whole = self.whole.clone();
         let is_thin = matches!(kind, TargetKind::Grasp | TargetKind::GraspPlacement);
         let mut jobs = Vec::new();
+        let mut drafts = Vec::new();
         for clique in clique_cover(&graph, self.options.max_exact_clique).into_iter().take(self.max_cliques) {
+            // What the drafts of larger cliques cover needs no draft of its own.
+            if self.is_thrifty && clique.iter().all(|&vertex| covers(&drafts, &uncovered[vertex])) {
+                continue;
+            }
             let members: Vec<DVector<f64>> = clique.iter().map(|&vertex| points[vertex].clone()).collect();
             let is_new = |u: &DVector<f64>| !covered(&self.covering, &domain.q_from_u(u));
             let Some(seed) = seed_of_clique(domain, &members, &is_new) else { continue };
+            let n_before = jobs.len();
             if is_thin {
                 // Its twin in the whole box joins the thin region to the rest.
                 let witness = whole.u_from_q(&domain.q_from_u(&seed.witness.point()));
@@ -473,7 +498,16 @@ impl<'a, S: Sink> Cover<'a, S> {
             } else {
                 jobs.push(GrowthJob { domain, seed, method: "iris-zo" });
             }
+            if self.is_thrifty {
+                drafts.extend(self.growing.drafts(&jobs[n_before..], &mut self.streams));
+                if uncovered.iter().filter(|q| !covers(&drafts, q)).count() <= enough {
+                    break;
+                }
+            }
         }
-        self.grow_and_select(&jobs, uncovered, least_gain, enough)
+        if !self.is_thrifty {
+            drafts = self.growing.drafts(&jobs, &mut self.streams);
+        }
+        self.take_best(&jobs, &drafts, uncovered, least_gain, enough)
     }
 }

@@ -93,6 +93,11 @@ impl Growing<'_> {
     }
 }
 
+/// Whether one of the candidates contains `q`.
+pub(crate) fn covers(candidates: &[Option<Candidate>], q: &[f64]) -> bool {
+    candidates.iter().flatten().any(|candidate| contains(&candidate.polyhedron, q))
+}
+
 /// The positions of candidates that cover `uncovered` greedily, each adding at least `least_gain` samples, until
 /// `enough` or fewer are left.
 pub(crate) fn select(

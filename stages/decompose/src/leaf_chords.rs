@@ -102,11 +102,16 @@ impl Leaves {
         regions: &[HPolyhedron],
         rng: &mut ChaCha8Rng,
     ) -> ChordCoverage {
-        chord_coverage(&self.free_chords(problem, rng), regions)
+        chord_coverage(&self.free_chords(problem, &[], rng), regions)
     }
 
-    /// Free chords of leaves through samples of CG.
-    pub(crate) fn free_chords(&self, problem: &Problem<'_>, rng: &mut ChaCha8Rng) -> Vec<FreeChord> {
+    /// Free chords of leaves through samples of CG. What lies in `known` counts as free without a check.
+    pub(crate) fn free_chords(
+        &self,
+        problem: &Problem<'_>,
+        known: &[HPolyhedron],
+        rng: &mut ChaCha8Rng,
+    ) -> Vec<FreeChord> {
         let samples = self.grasp.sample_free(problem.free, N_LEAVES, rng).free;
         let mut chords = Vec::new();
         for (idx, sample) in samples.iter().enumerate() {
@@ -116,7 +121,7 @@ impl Leaves {
                 continue;
             }
             let q = DVector::from_vec(q);
-            if let Some((low, high)) = self.free_chord(problem, &q) {
+            if let Some((low, high)) = self.free_chord(problem, known, &q) {
                 chords.push(FreeChord { q, direction: self.direction.clone(), low, high });
             }
         }
@@ -140,9 +145,18 @@ impl Leaves {
     }
 
     /// The free interval of q + t d around t = 0 inside CG.
-    fn free_chord(&self, problem: &Problem<'_>, q: &DVector<f64>) -> Option<(f64, f64)> {
+    fn free_chord(
+        &self,
+        problem: &Problem<'_>,
+        known: &[HPolyhedron],
+        q: &DVector<f64>,
+    ) -> Option<(f64, f64)> {
         let (low, high) = clip(&self.grasp.polyhedron, q, &self.direction)?;
-        let is_free = |t: f64| problem.free.is_free((q + t * &self.direction).as_slice());
+        let known: Vec<(f64, f64)> = known.iter().filter_map(|P| clip(P, q, &self.direction)).collect();
+        let is_free = |t: f64| {
+            known.iter().any(|(from, to)| *from <= t && t <= *to)
+                || problem.free.is_free((q + t * &self.direction).as_slice())
+        };
         let end = |bound: f64| {
             let mut last_free = 0.0;
             for step in 1..=N_STEPS {
@@ -266,6 +280,51 @@ mod tests {
         assert_eq!(longest_piece(&regions, &q, &d, 0.0, 1.0), (0.0, 0.5));
         assert_eq!(longest_piece(&regions[..2], &q, &d, 0.1, 0.4), (0.1, 0.4));
         assert_eq!(longest_piece(&[], &q, &d, 0.1, 0.4), (0.1, 0.1));
+    }
+
+    /// What regions contain is not checked again, and chords go on beyond it as before.
+    #[test]
+    fn chords_are_searched_where_no_region_is() {
+        use std::sync::atomic::{AtomicUsize, Ordering};
+        let n_checks = AtomicUsize::new(0);
+        let free = crate::free_space::FreeWhere(|q: &[f64]| {
+            n_checks.fetch_add(1, Ordering::Relaxed);
+            (-0.6..=0.7).contains(&q[0])
+        });
+        let unit = |half: f64| Hyperrectangle {
+            lower: DVector::from_element(2, -half),
+            upper: DVector::from_element(2, half),
+        };
+        let problem = Problem {
+            limits: unit(1.0),
+            relevant: vec![true, true],
+            displacement: DVector::from_element(2, 1.0),
+            free: &free,
+            grasp: Some(unit(1.0).to_polyhedron()),
+            placement: None,
+            transfer_keep: Some(DMatrix::from_row_slice(1, 2, &[0.0, 1.0])),
+            anchors: Vec::new(),
+        };
+        let coordinates = Coordinates::new(problem.limits.clone(), &problem.relevant);
+        let leaves = Leaves::new(&problem, &coordinates).unwrap();
+        let search = |known: &[HPolyhedron]| {
+            let before = n_checks.load(Ordering::Relaxed);
+            let chords = leaves.free_chords(&problem, known, &mut Streams::new(5).take());
+            let ends: Vec<(f64, f64)> = chords
+                .iter()
+                .map(|c| (c.q[0] + c.low * c.direction[0], c.q[0] + c.high * c.direction[0]))
+                .collect();
+            (ends, n_checks.load(Ordering::Relaxed) - before)
+        };
+        let (all, n_all) = search(&[]);
+        let (few, n_few) = search(&[unit(0.5).to_polyhedron()]);
+        assert!(all.len() > 10 && all.len() == few.len());
+        for (x, y) in all.iter().zip(&few) {
+            let (low, high) = (x.0.min(x.1), x.0.max(x.1));
+            assert!((low + 0.6).abs() < 1e-6 && (high - 0.7).abs() < 1e-6, "{low} {high}");
+            assert!((x.0 - y.0).abs() < 1e-6 && (x.1 - y.1).abs() < 1e-6);
+        }
+        assert!(n_few < n_all, "{n_few} of {n_all}");
     }
 
     #[test]

@@ -90,7 +90,7 @@ fn a_disc_that_moves_costs_the_regions_that_it_enters() {
     assert_eq!(kept.n_free + kept.n_cut + kept.n_lost, earlier.len());
     assert_eq!(found.ending, Ending::Covered);
     let (covered, colliding) = shares(&problem, &found.regions);
-    assert!(covered >= 0.97, "{covered}");
+    assert!(covered >= 0.985, "{covered}");
     assert!(colliding <= 0.005, "{colliding}");
     // Its twin: the earlier regions as they were collide in the new scene.
     let (_, colliding) = shares(&problem, &earlier);

@@ -32,8 +32,12 @@ const BURN_IN: usize = 5;
 /// A chord's end is tested this far inside, as a share of the chord.
 const INSET: f64 = 1e-9;
 /// ε with which regions are cut and grown, in units of the requested one: little is new, and the certifier cuts the rest.
-const COARSE: f64 = 4.0;
+const COARSE: f64 = 10.0;
 const MAX_EPSILON: f64 = 0.2;
+/// Of its free test points, what a region must keep when it is cut: else what grows in its place covers more.
+const LEAST_KEPT: f64 = 0.5;
+/// So many times what candidates may leave out may stay uncovered: those that were certified lose less to certification.
+const SLACK: f64 = 1.25;
 /// Alternations of a region: where it is to grow is known, and most of what is around it is covered.
 const MAX_ITERATIONS: usize = 1;
 /// Cliques that are grown in a round, samples of their graph, and of an estimate: less is missing than at first.
@@ -42,7 +46,7 @@ const MAX_VISIBLE: usize = 40;
 const MAX_COVERAGE_SAMPLES: usize = 2000;
 
 /// As [`decompose`], but starts from regions of an earlier run, whose scene may have been another one with the same
-/// coordinates. Ids count from 0 again. They were certified, so what certified regions have to cover is enough.
+/// coordinates. Ids count from 0 again. Candidates leave out up to a quarter more than those of [`decompose`].
 pub fn extend<S: Sink>(
     problem: &Problem<'_>,
     earlier: &[Region],
@@ -55,9 +59,10 @@ pub fn extend<S: Sink>(
     if coordinates.n_relevant() == 0 {
         return Ok((decompose(problem, options, seed, sink, is_stopped)?, Kept::default()));
     }
+    let aim = |coverage: f64| (1.0 - SLACK * (1.0 - coverage)).max(0.0);
     let options = Options {
-        coverage: options.coverage.min(options.certified_coverage),
-        grasp_coverage: options.grasp_coverage.min(options.certified_grasp_coverage),
+        coverage: aim(options.coverage),
+        grasp_coverage: aim(options.grasp_coverage),
         chord_coverage: options.chord_coverage.min(options.certified_chord_coverage),
         epsilon: (COARSE * options.epsilon).min(MAX_EPSILON).max(options.epsilon),
         max_iterations: options.max_iterations.min(MAX_ITERATIONS),
@@ -165,6 +170,10 @@ impl<S: Sink> Cover<'_, S> {
         let Some(P) = cut(&self.whole, &start, &seed, &self.growing.growth, rng) else {
             return Part::Nothing;
         };
+        let n_kept = free_points.iter().filter(|x| P.contains(&self.whole.u_from_x(x), 0.0)).count();
+        if (n_kept as f64) < LEAST_KEPT * free_points.len() as f64 {
+            return Part::Nothing;
+        }
         let new: Vec<usize> = (start.n_faces()..P.n_faces()).collect();
         let columns = &self.coordinates.relevant;
         let mut A = DMatrix::zeros(new.len(), self.coordinates.dim());

@@ -88,7 +88,8 @@ impl<S: Sink> Cover<'_, S> {
         match &self.chords {
             Some(chords) if self.is_thrifty => chords.clone(),
             _ => {
-                let chords = leaves.free_chords(self.problem, &mut self.streams.take());
+                let known = if self.is_thrifty { self.covering.as_slice() } else { &[] };
+                let chords = leaves.free_chords(self.problem, known, &mut self.streams.take());
                 self.chords.insert(chords).clone()
             }
         }

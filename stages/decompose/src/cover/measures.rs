@@ -2,7 +2,7 @@
 
 use super::{Cover, Decomposition, Ending, Sink};
 use crate::coverage::{Estimate, covered, wilson_interval};
-use crate::leaf_chords::ChordCoverage;
+use crate::leaf_chords::{ChordCoverage, chord_coverage};
 use crate::target::TargetKind;
 
 /// What is still missing.
@@ -53,6 +53,10 @@ impl<S: Sink> Cover<'_, S> {
     }
 
     fn measure_chord(&mut self) -> Option<ChordCoverage> {
+        if self.is_thrifty {
+            self.leaves.as_ref()?;
+            return Some(chord_coverage(&self.free_chords(), &self.covering));
+        }
         let leaves = self.leaves.clone()?;
         Some(leaves.measure(self.problem, &self.covering, &mut self.streams.take()))
     }
