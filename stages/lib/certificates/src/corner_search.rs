@@ -284,8 +284,8 @@ impl CornerTask<'_> {
             sigma[k] = ((at[j] - cell.center(j)) / cell.half(j).max(f64::MIN_POSITIVE)).clamp(-1.0, 1.0);
             slope_there += folded.slopes[k] * sigma[k];
         }
-        // No bound is above the value there.
-        if first + slope_there + folded.beyond_first(&sigma) <= demand {
+        // A bound is below the value there by what it loses everywhere.
+        if first + slope_there + folded.beyond_first(&sigma) - series.least_loss() <= demand {
             return Tangents::Open(f64::NEG_INFINITY);
         }
         let scaled_slopes = |slopes: &[f64], multipliers: &Multipliers| {

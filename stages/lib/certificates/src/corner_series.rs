@@ -269,11 +269,10 @@ impl Folded<'_> {
         (slopes, constant)
     }
 
-    /// ½ σᵀ Ĥ σ + C(σ) + T, more than which the series does not differ from value + slopes·σ there; where no square is
-    /// kept.
+    /// ½ σᵀ Ĥ σ + C(σ), where no square is kept: what second and third order add to value + slopes·σ there, up to T.
     pub fn beyond_first(&self, sigma: &[f64; MAX_JOINTS]) -> f64 {
         let series = self.series;
-        let (mut sum, mut at) = (self.rest, 0);
+        let (mut sum, mut at) = (0.0, 0);
         for i in 0..series.n {
             sum += 0.5 * self.hessian[i][i] * sigma[i] * sigma[i];
             for j in i + 1..series.n {
