@@ -50,6 +50,8 @@ const N_VERTICES: usize = 40;
 const N_ROUNDS: usize = 4;
 /// The same, where vertices are followed.
 const N_ROUNDS_LARGE: usize = 6;
+/// Share of the loss of a cut that is allowed in the last of them; half of it in the round before, and so on.
+const LAST_SHARE: f64 = 0.25;
 /// Where more of the samples collide, a cut may lose so many times their share: it has to.
 const LOSS_FOR_SHARE: f64 = 8.0;
 /// Steps from a collision to contact.
@@ -58,6 +60,10 @@ const N_NEWTON: usize = 4;
 const TOL_ACTIVE: f64 = 1e-6;
 /// Halvings on the way to the centre.
 const N_BISECTIONS: usize = 20;
+/// Samples on the way to which a collision between many joints is left.
+const N_WAYS: usize = 24;
+/// Halvings on the way to a sample.
+const N_WAY_BISECTIONS: usize = 12;
 
 /// Adds cuts to `rows` and takes what they lose out of `guide`; returns how many.
 pub fn clean_up(models: &[&PairModel], rows: &mut Rows, guide: &mut Guide, task: &CleanUp<'_>) -> usize {
@@ -67,7 +73,8 @@ pub fn clean_up(models: &[&PairModel], rows: &mut Rows, guide: &mut Guide, task:
     let mut rng = ChaCha8Rng::seed_from_u64(VERTEX_SEED);
     let many_joints = models.iter().any(|model| model.corners.is_some());
     let (n_rounds, n_vertices) = if many_joints { (N_ROUNDS_LARGE, N_VERTICES) } else { (N_ROUNDS, 0) };
-    for _ in 0..n_rounds {
+    for round in 0..n_rounds {
+        let max_loss = if many_joints { task.max_loss * share_of_loss(round) } else { task.max_loss };
         let n_before = n_cuts;
         let n = task.center.len();
         let vertices: Vec<Vec<f64>> = (0..n_vertices)
@@ -86,7 +93,7 @@ pub fn clean_up(models: &[&PairModel], rows: &mut Rows, guide: &mut Guide, task:
             starts.sort_by(|x, y| x.0.total_cmp(&y.0));
             let n_colliding = starts.iter().take_while(|(gap, _)| *gap <= model.demand()).count();
             let share = n_colliding as f64 / starts.len().max(1) as f64;
-            let task = CleanUp { max_loss: task.max_loss.max(LOSS_FOR_SHARE * share).min(1.0), ..*task };
+            let task = CleanUp { max_loss: max_loss.max(LOSS_FOR_SHARE * share).min(1.0), ..*task };
             let mut n_here = 0;
             let samples = starts.into_iter().take(N_DESCENTS).map(|(_, start)| start);
             let near = vertices.iter().filter(|q| model.gap(q) < model.clearance + MAX_VERTEX_GAP).cloned();
@@ -100,11 +107,17 @@ pub fn clean_up(models: &[&PairModel], rows: &mut Rows, guide: &mut Guide, task:
             n_cuts += n_here;
         }
         rows.prune(&mut program, task.limits);
-        if n_cuts == n_before {
+        if n_cuts == n_before && !many_joints {
             break;
         }
     }
     n_cuts
+}
+
+/// Share of [`CleanUp::max_loss`] that a cut may lose in a round between many joints. What cheap cuts take away makes
+/// the dear ones cheaper; the dearest are left to the search, which makes them only where its cells come near contact.
+fn share_of_loss(round: usize) -> f64 {
+    LAST_SHARE * 0.5_f64.powi(N_ROUNDS_LARGE.saturating_sub(round + 1) as i32)
 }
 
 impl CleanUp<'_> {
@@ -205,6 +218,9 @@ fn cut_with(
         let b = dot(&mean, &free);
         candidates.push((mean, b));
     }
+    if model.corners.is_some() {
+        candidates.extend(tangents_towards_samples(model, guide, x, room));
+    }
     let mut best: Option<(f64, usize)> = None;
     for (position, (a, b)) in candidates.iter().enumerate() {
         let most = best.map_or(task.max_loss, |(loss, _)| loss);
@@ -223,6 +239,72 @@ fn cut_with(
     true
 }
 
+/// The half-spaces of the gap to first order where the ways from the collision `x` to samples of the region reach
+/// contact: along a curved obstacle they differ much in what they lose.
+fn tangents_towards_samples(model: &PairModel, guide: &Guide, x: &[f64], room: f64) -> Vec<(Vec<f64>, f64)> {
+    let enough = model.clearance + room;
+    let mut tangents = Vec::with_capacity(N_WAYS);
+    for target in guide.spread(N_WAYS).filter(|target| model.gap(target) > enough) {
+        let at = |t: f64| -> Vec<f64> { target.iter().zip(x).map(|(s, x)| s + t * (x - s)).collect() };
+        let (mut free, mut colliding) = (0.0, 1.0);
+        for _ in 0..N_WAY_BISECTIONS {
+            let t = 0.5 * (free + colliding);
+            if model.gap(&at(t)) > enough { free = t } else { colliding = t }
+        }
+        let at = at(free);
+        let Tangent { gap, g, .. } = model.tangent(0, &at);
+        let norm = dot(&g, &g).sqrt();
+        if norm > 0.0 {
+            let a: Vec<f64> = g.iter().map(|g| 0.0 - g / norm).collect();
+            let b = dot(&a, &at) + (gap - enough) / norm;
+            tangents.push((a, b));
+        }
+    }
+    tangents
+}
+
 fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use convex_sets::HPolyhedron;
+    use nalgebra::DVector;
+    use std::path::Path;
+
+    #[test]
+    fn dear_cuts_come_last() {
+        let shares: Vec<f64> = (0..N_ROUNDS_LARGE).map(share_of_loss).collect();
+        assert!(shares.windows(2).all(|pair| pair[1] == 2.0 * pair[0]));
+        assert_eq!(shares.last(), Some(&LAST_SHARE));
+    }
+
+    /// The gripper above the top shelf: it meets the board where the arm is lowered.
+    #[test]
+    fn most_faces_towards_samples_cut_the_collision_off() {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../scenes/iiwa14-shelf");
+        let scene = scene::Scene::load(&folder).expect("the scene of this project loads");
+        let center = DVector::from_vec(vec![0.0, 0.472, 0.0, -0.672, 0.0, 0.426, 1.571]);
+        let region = HPolyhedron::from_box(&center.add_scalar(-0.3), &center.add_scalar(0.3));
+        let mut rng = ChaCha8Rng::seed_from_u64(1);
+        let guide = Guide::new(&region, &center, &[], 400, &mut rng);
+        let (mut n_faces, mut n_collisions) = (0, 0);
+        for pair in scene.collision_pairs() {
+            let model = PairModel::new(&scene, pair, 0.0);
+            if model.corners.is_none() {
+                continue;
+            }
+            for x in guide.samples().filter(|q| model.gap(q) < -0.01).take(3) {
+                n_collisions += 1;
+                for (a, b) in tangents_towards_samples(&model, &guide, x, 2e-3) {
+                    assert!((dot(&a, &a) - 1.0).abs() < 1e-9 && b.is_finite());
+                    n_faces += usize::from(dot(&a, x) > b);
+                }
+            }
+        }
+        assert!(n_collisions > 10, "{n_collisions}");
+        assert!(n_faces > 10 * n_collisions, "{n_faces} faces cut {n_collisions} collisions off");
+    }
 }

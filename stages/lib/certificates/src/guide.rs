@@ -59,6 +59,14 @@ impl Guide {
         self.strata.iter().flat_map(|stratum| stratum.points.chunks_exact(stratum.n))
     }
 
+    /// At most `n` of the region's own samples that are left, evenly spaced in their order.
+    pub fn spread(&self, n: usize) -> impl Iterator<Item = &[f64]> {
+        self.strata.iter().take(1).flat_map(move |stratum| {
+            let n_left = stratum.points.len() / stratum.n.max(1);
+            stratum.points.chunks_exact(stratum.n.max(1)).step_by(n_left.div_ceil(n.max(1)).max(1))
+        })
+    }
+
     /// Removes the samples that the cut loses.
     pub fn cut(&mut self, a: &[f64], b: f64) {
         for stratum in &mut self.strata {
@@ -155,4 +163,25 @@ const N_BURN_IN: usize = 50;
 
 fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand::SeedableRng;
+
+    #[test]
+    fn a_spread_is_of_samples_that_are_left() {
+        let center = DVector::from_vec(vec![0.0, 0.0]);
+        let square = HPolyhedron::from_box(&center.add_scalar(-1.0), &center.add_scalar(1.0));
+        let mut guide = Guide::new(&square, &center, &[], 1000, &mut ChaCha8Rng::seed_from_u64(1));
+        guide.cut(&[1.0, 0.0], 0.2);
+        for n in [1, 7, 24, 5000] {
+            let spread: Vec<&[f64]> = guide.spread(n).collect();
+            assert!(!spread.is_empty() && spread.len() <= n, "{} of {n}", spread.len());
+            assert!(spread.iter().all(|q| q[0] <= 0.2 && guide.samples().any(|sample| sample == *q)));
+        }
+        guide.cut(&[1.0, 0.0], -2.0);
+        assert_eq!(guide.spread(5).count(), 0);
+    }
 }
