@@ -1,5 +1,6 @@
 //! Stages that misbehave, and runs that are ended from outside: the right exit code and words, and nothing left behind.
 
+use ipc_types::artefact::RegionsFile;
 use pipeline_tests::programs::{self, Finished, program};
 use pipeline_tests::scenes::scene;
 use std::io::Read;
@@ -15,8 +16,12 @@ struct Running {
 
 impl Running {
     fn start(scene_name: &str, out: &Path, further: &[&str]) -> Running {
+        Running::start_command("plan", scene_name, out, further)
+    }
+
+    fn start_command(command: &str, scene_name: &str, out: &Path, further: &[&str]) -> Running {
         let child = program("regrasp")
-            .arg("plan")
+            .arg(command)
             .arg(scene(scene_name))
             .arg("--out")
             .arg(out)
@@ -168,6 +173,44 @@ fn ctrl_c_ends_the_run_and_keeps_its_state() {
     run.finish().expect_code(130);
     let record: serde_json::Value = programs::json(&out, "run.json");
     assert_eq!(record["outcome"]["exit_code"], 130);
+}
+
+/// A signal reaches decompose while it waits for what certification makes of its candidates: it is no failure, all
+/// files are there, and the message says what they hold.
+#[test]
+fn ctrl_c_keeps_candidates_and_certified_regions_of_a_cover() {
+    let folder = tempfile::tempdir().unwrap();
+    let further = ["--cover", "--coverage", "0.8", "--workers", "2"];
+    let mut run = Running::start_command("regions", "iiwa14-wrist", &folder.path().join("run"), &further);
+    let (parts, out) = (run.out.join("certify/parts"), run.out.clone());
+    // A part is announced when its worker asks for more: with three parts of two workers, at least one is.
+    let is_part =
+        |entry: &std::fs::DirEntry| entry.path().extension().is_some_and(|extension| extension == "bin");
+    while std::fs::read_dir(&parts).map_or(0, |entries| entries.flatten().filter(is_part).count()) < 3 {
+        assert_eq!(run.child.try_wait().unwrap(), None, "it ends before it can be interrupted");
+        std::thread::sleep(Duration::from_millis(1));
+    }
+    send(run.pid(), libc::SIGINT);
+    let finished = run.finish().expect_code(130);
+    let n = |file: &str| programs::json::<RegionsFile>(&out, file).regions.len();
+    let (n_candidates, n_certified) = (n("decompose/regions.json"), n("certify/regions.json"));
+    assert!(n_candidates > 1 && n_certified >= 1 && n_certified < n_candidates);
+    let words = format!("interrupted; {n_candidates} candidates are kept, {n_certified} of them certified");
+    assert!(finished.stderr.contains(&words), "{}", finished.stderr);
+    let record: serde_json::Value = programs::json(&out, "run.json");
+    assert_eq!(record["outcome"]["message"], words);
+    assert!(record["stages"].as_array().unwrap().iter().all(|stage| stage["seconds"].as_f64() > Some(0.0)));
+    let status: serde_json::Value = programs::json(&out, "decompose/status.json");
+    assert_eq!(status["outcome"], "interrupted", "{}", status["reason"]);
+    programs::run("regrasp", &[&"check", &out]).expect_code(0);
+
+    // Before anything is found it says so.
+    let mut run = Running::start_command("regions", "iiwa14-wrist", &folder.path().join("early"), &further);
+    run.stage_process("certify").expect("the stages are started");
+    std::thread::sleep(Duration::from_millis(100));
+    send(run.pid(), libc::SIGINT);
+    let finished = run.finish().expect_code(130);
+    assert!(finished.stderr.contains("interrupted; no region was found yet"), "{}", finished.stderr);
 }
 
 #[test]

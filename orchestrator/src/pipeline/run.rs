@@ -40,6 +40,8 @@ enum Ending {
     Paths,
     /// It ends without a motion, which it may not have been asked for.
     Early(ExitCode, String),
+    /// It was stopped from outside, in these words.
+    Stopped(ExitCode, &'static str),
 }
 
 /// A run.
@@ -124,7 +126,8 @@ impl<'a> Run<'a> {
     pub fn finish(mut self) -> Result<PipelineOutcome, Failure> {
         let ending = self.work();
         let mut acceptance = None;
-        let (exit_code, message) = match ending {
+        let stopped = matches!(ending, Ok(Ending::Stopped(..)));
+        let (exit_code, mut message) = match ending {
             Ok(Ending::Paths) => {
                 self.stop_stages();
                 let checked = self.accept()?;
@@ -146,6 +149,10 @@ impl<'a> Run<'a> {
                 self.stop_stages();
                 (exit_code, message)
             }
+            Ok(Ending::Stopped(exit_code, why)) => {
+                self.stop_stages();
+                (exit_code, why.to_owned())
+            }
             Err(failure) => {
                 self.slots.values_mut().for_each(|slot| slot.waiting.clear());
                 end_all(self.slots.values_mut().flat_map(Slot::children), Duration::from_millis(300));
@@ -154,6 +161,9 @@ impl<'a> Run<'a> {
         };
         let interrupted = exit_code == ExitCode::Interrupted || exit_code == ExitCode::Limit;
         self.keep_certified(interrupted)?;
+        if stopped {
+            message = format!("{message}; {}", self.kept());
+        }
         let (excluded_pairs, scene_digest) = self.about_scene();
         let stages = self.records();
         if acceptance.is_some() || matches!(exit_code, ExitCode::Done | ExitCode::Negative) {
@@ -166,17 +176,9 @@ impl<'a> Run<'a> {
     fn work(&mut self) -> Result<Ending, Failure> {
         loop {
             match self.watch.reason() {
-                Some(Stop::Interrupted) => {
-                    return Ok(Ending::Early(
-                        ExitCode::Interrupted,
-                        "interrupted; what was found is kept".into(),
-                    ));
-                }
+                Some(Stop::Interrupted) => return Ok(interrupted()),
                 Some(Stop::TimeLimit) => {
-                    return Ok(Ending::Early(
-                        ExitCode::Limit,
-                        "the time limit was hit; what was found is kept".into(),
-                    ));
+                    return Ok(Ending::Stopped(ExitCode::Limit, "the time limit was hit"));
                 }
                 None => {}
             }
@@ -264,5 +266,5 @@ impl Drop for Run<'_> {
 }
 
 fn interrupted() -> Ending {
-    Ending::Early(ExitCode::Interrupted, "interrupted; what was found is kept".into())
+    Ending::Stopped(ExitCode::Interrupted, "interrupted")
 }

@@ -100,6 +100,14 @@ impl Slot {
         }
     }
 
+    /// The processes have been ended, whether or not they had ended their parts.
+    pub fn is_ended(&mut self) {
+        self.n_working = 0;
+        if let Some(began) = self.began.take() {
+            self.worked += began.elapsed();
+        }
+    }
+
     /// Whether the job has ended in all processes that worked on it.
     pub fn is_done(&self) -> bool {
         self.n_working == 0 && !self.wanted && self.outcome.is_some()

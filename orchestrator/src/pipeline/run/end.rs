@@ -6,6 +6,7 @@ use crate::pipeline::alone::GRACE;
 use crate::pipeline::certified::{join_statuses, write_joined};
 use crate::pipeline::child::{end_all, wait_all};
 use crate::pipeline::slot::{Part, Slot};
+use crate::pipeline::stage_command::certifies;
 use crate::run_record::StageRecord;
 use ipc_types::artefact::RegionsFile;
 use ipc_types::hexadecimal;
@@ -13,7 +14,7 @@ use ipc_types::join::parts_folder;
 use ipc_types::message::Reply;
 use ipc_types::stage_name::StageName;
 use ipc_types::status::Status;
-use ipc_types::store::{read_artefact, read_json};
+use ipc_types::store::{find_artefact, read_artefact, read_json};
 
 impl Run<'_> {
     pub(super) fn tell_to_stop(&mut self, stage: StageName) {
@@ -38,6 +39,30 @@ impl Run<'_> {
         let idle = self.slots.values_mut().filter(|slot| slot.n_working == 0).flat_map(Slot::children);
         wait_all(idle, GRACE);
         end_all(self.slots.values_mut().flat_map(Slot::children), GRACE);
+        self.slots.values_mut().for_each(Slot::is_ended);
+    }
+
+    /// What the run directory of a run that was stopped holds, in words.
+    pub(super) fn kept(&self) -> String {
+        // A file that cannot be read holds nothing that could be used.
+        let regions = |stage: StageName| {
+            let file = find_artefact::<RegionsFile>(&self.folder(stage), "regions", None).ok().flatten();
+            file.map_or_else(Vec::new, |file| file.regions)
+        };
+        let n_candidates = regions(StageName::Decompose).len();
+        let n_certified = regions(StageName::Certify).iter().filter(|region| region.certified).count();
+        if n_candidates == 0 {
+            return "no region was found yet".to_owned();
+        }
+        let candidates = match n_candidates {
+            1 => "1 candidate is".to_owned(),
+            n => format!("{n} candidates are"),
+        };
+        let plan = if self.has_plan().unwrap_or(false) { "; a plan is kept" } else { "" };
+        match certifies(self.request.certify) {
+            true => format!("{candidates} kept, {n_certified} of them certified{plan}"),
+            false => format!("{candidates} kept, none was to be certified{plan}"),
+        }
     }
 
     /// What the workers left becomes files, also after an interruption.

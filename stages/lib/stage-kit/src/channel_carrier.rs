@@ -3,7 +3,7 @@
 use crate::host::{Announcement, Carrier, Progress};
 use crate::process::StopFlag;
 use crate::stage::StageError;
-use iceoryx2::port::listener::Listener;
+use iceoryx2::port::listener::{Listener, ListenerWaitError};
 use iceoryx2::port::notifier::Notifier;
 use iceoryx2::port::publisher::Publisher;
 use iceoryx2::prelude::ipc;
@@ -167,10 +167,11 @@ impl ChannelCarrier {
             return Err(StageError::Stopped);
         }
         let name = channel::wake_name(self.identity.stage);
-        self.wake
-            .timed_wait(|_| {}, TICK)
-            .map_err(|error| StageError::failed(ChannelError::new(name, error)))?;
-        Ok(())
+        match self.wake.timed_wait(|_| {}, TICK) {
+            // A signal ends the wait early: it is no fault of the channel, and the stop flag says what it was.
+            Ok(_) | Err(ListenerWaitError::InterruptSignal) => Ok(()),
+            Err(error) => Err(StageError::failed(ChannelError::new(name, error))),
+        }
     }
 
     fn notify(&self) -> Result<(), StageError> {
