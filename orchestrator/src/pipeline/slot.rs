@@ -100,8 +100,8 @@ impl Slot {
         }
     }
 
-    /// The processes have been ended, whether or not they had ended their parts.
-    pub fn is_ended(&mut self) {
+    /// Takes note that the processes have been ended, whether or not they had ended their parts.
+    pub fn mark_ended(&mut self) {
         self.n_working = 0;
         if let Some(began) = self.began.take() {
             self.worked += began.elapsed();

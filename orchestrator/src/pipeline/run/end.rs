@@ -39,7 +39,7 @@ impl Run<'_> {
         let idle = self.slots.values_mut().filter(|slot| slot.n_working == 0).flat_map(Slot::children);
         wait_all(idle, GRACE);
         end_all(self.slots.values_mut().flat_map(Slot::children), GRACE);
-        self.slots.values_mut().for_each(Slot::is_ended);
+        self.slots.values_mut().for_each(Slot::mark_ended);
     }
 
     /// What the run directory of a run that was stopped holds, in words.
