@@ -20,7 +20,8 @@ pub struct CleanUp<'a> {
     pub center: &'a [f64],
     /// Whether the cut a·q ≤ b is allowed.
     pub may_cut: &'a dyn Fn(&[f64], f64) -> bool,
-    /// Share of the samples that one cut may lose, where few of them collide.
+    /// Share of the samples that one cut may lose, where few of them collide; between many joints a part of it, which
+    /// grows from round to round.
     pub max_loss: f64,
     /// For pairs whose corners are followed, a face is placed this far off contact, metres of gap, where that loses no
     /// more than it may; else [`ROOM`].
@@ -187,23 +188,10 @@ fn cut_with(
         let step = (model.clearance + room - gap) / g2;
         contact.iter_mut().zip(&g).for_each(|(q, g)| *q += step * g);
     }
-    for at in [&contact[..], x] {
-        let Tangent { gap, g, .. } = model.tangent(0, at);
-        let norm = dot(&g, &g).sqrt();
-        if norm > 0.0 {
-            let a: Vec<f64> = g.iter().map(|g| 0.0 - g / norm).collect();
-            let b = dot(&a, at) + (gap - model.clearance - room) / norm;
-            candidates.push((a, b));
-        }
-    }
+    let enough = model.clearance + room;
+    candidates.extend([&contact[..], x].into_iter().filter_map(|at| tangent_face(model, at, enough)));
     // Where the way to the centre leaves the collision: the faces that meet at x moved there, and their mean.
-    let at = |t: f64| -> Vec<f64> { task.center.iter().zip(x).map(|(c, x)| c + t * (x - c)).collect() };
-    let (mut free, mut colliding) = (0.0, 1.0);
-    for _ in 0..N_BISECTIONS {
-        let t = 0.5 * (free + colliding);
-        if model.gap(&at(t)) > model.clearance + room { free = t } else { colliding = t }
-    }
-    let free = at(free);
+    let free = way_out(model, x, task.center, enough, N_BISECTIONS);
     let mut mean = vec![0.0; x.len()];
     for &row in rows.active() {
         if rows.slack(row as usize, x) < TOL_ACTIVE {
@@ -219,7 +207,7 @@ fn cut_with(
         candidates.push((mean, b));
     }
     if model.corners.is_some() {
-        candidates.extend(tangents_towards_samples(model, guide, x, room));
+        candidates.extend(tangents_towards_samples(model, guide, x, enough));
     }
     let mut best: Option<(f64, usize)> = None;
     for (position, (a, b)) in candidates.iter().enumerate() {
@@ -239,28 +227,46 @@ fn cut_with(
     true
 }
 
-/// The half-spaces of the gap to first order where the ways from the collision `x` to samples of the region reach
-/// contact: along a curved obstacle they differ much in what they lose.
-fn tangents_towards_samples(model: &PairModel, guide: &Guide, x: &[f64], room: f64) -> Vec<(Vec<f64>, f64)> {
-    let enough = model.clearance + room;
-    let mut tangents = Vec::with_capacity(N_WAYS);
-    for target in guide.spread(N_WAYS).filter(|target| model.gap(target) > enough) {
-        let at = |t: f64| -> Vec<f64> { target.iter().zip(x).map(|(s, x)| s + t * (x - s)).collect() };
-        let (mut free, mut colliding) = (0.0, 1.0);
-        for _ in 0..N_WAY_BISECTIONS {
-            let t = 0.5 * (free + colliding);
-            if model.gap(&at(t)) > enough { free = t } else { colliding = t }
-        }
-        let at = at(free);
-        let Tangent { gap, g, .. } = model.tangent(0, &at);
-        let norm = dot(&g, &g).sqrt();
-        if norm > 0.0 {
-            let a: Vec<f64> = g.iter().map(|g| 0.0 - g / norm).collect();
-            let b = dot(&a, &at) + (gap - enough) / norm;
-            tangents.push((a, b));
-        }
+/// The faces tangent to the obstacle where the ways from the collision `x` to samples of the region reach the gap
+/// `enough`, metres: along a curved obstacle they differ much in what they lose.
+fn tangents_towards_samples(
+    model: &PairModel,
+    guide: &Guide,
+    x: &[f64],
+    enough: f64,
+) -> Vec<(Vec<f64>, f64)> {
+    guide
+        .spread(N_WAYS)
+        .filter(|target| model.gap(target) > enough)
+        .filter_map(|target| {
+            tangent_face(model, &way_out(model, x, target, enough, N_WAY_BISECTIONS), enough)
+        })
+        .collect()
+}
+
+/// The half-space a·q ≤ b, of unit normal, on which the gap linearised at `at` is `enough`, metres, or more; `None` where
+/// the gap has no slope.
+fn tangent_face(model: &PairModel, at: &[f64], enough: f64) -> Option<(Vec<f64>, f64)> {
+    let Tangent { gap, g, .. } = model.tangent(0, at);
+    let norm = dot(&g, &g).sqrt();
+    (norm > 0.0).then(|| {
+        // 0 − 0 is 0, not −0.
+        let a: Vec<f64> = g.iter().map(|g| 0.0 - g / norm).collect();
+        let b = dot(&a, at) + (gap - enough) / norm;
+        (a, b)
+    })
+}
+
+/// On the way from `x`, where the gap is less, to the free configuration `target` a point where the gap is `enough`,
+/// metres, found by bisection to 2^−`n_halvings` of the way.
+fn way_out(model: &PairModel, x: &[f64], target: &[f64], enough: f64, n_halvings: usize) -> Vec<f64> {
+    let at = |t: f64| -> Vec<f64> { target.iter().zip(x).map(|(s, x)| s + t * (x - s)).collect() };
+    let (mut free, mut colliding) = (0.0, 1.0);
+    for _ in 0..n_halvings {
+        let t = 0.5 * (free + colliding);
+        if model.gap(&at(t)) > enough { free = t } else { colliding = t }
     }
-    tangents
+    at(free)
 }
 
 fn dot(a: &[f64], b: &[f64]) -> f64 {

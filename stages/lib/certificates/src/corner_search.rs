@@ -284,7 +284,8 @@ impl CornerTask<'_> {
             sigma[k] = ((at[j] - cell.center(j)) / cell.half(j).max(f64::MIN_POSITIVE)).clamp(-1.0, 1.0);
             slope_there += folded.slopes[k] * sigma[k];
         }
-        // A bound is below the value there by what it loses everywhere.
+        // A bound is about as much below the value there as it loses everywhere: where that is not enough, it is not worth
+        // its time. A cell that it would have closed after all is split.
         if first + slope_there + folded.beyond_first(&sigma) - series.least_loss() <= demand {
             return Tangents::Open(f64::NEG_INFINITY);
         }

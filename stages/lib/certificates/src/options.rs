@@ -29,7 +29,8 @@ pub struct CertifyOptions {
     #[arg(long, default_value_t = 0)]
     pub workers: usize,
     /// Samples by which the loss of a cut is judged, for each of region, grasp space and placement space; (n − 3) times
-    /// as many in n > 4 dimensions. Larger: smaller losses are seen, more time.
+    /// as many in n > 4 dimensions. With --reuse, where little is cut, at most 500. Larger: smaller losses are seen, more
+    /// time.
     #[arg(long, default_value_t = 4000)]
     pub guide_samples: usize,
     /// Share of the samples that a cut may lose at first. Larger: fewer cells, less volume.
@@ -45,7 +46,8 @@ pub struct CertifyOptions {
     /// Share of the samples that a cut may lose where a cell is thin (see `thin`).
     #[arg(long, default_value_t = 0.02)]
     pub max_thin_cut_loss: f64,
-    /// Share of the samples that one cut of the clean-up may lose, before cells are tried. Larger: fewer cells, less
+    /// Share of the samples that one cut of a collision may lose. For bodies between which more than four joints turn,
+    /// cuts that are made before cells are tried may lose a quarter of it, the first ones less. Larger: fewer cells, less
     /// volume.
     #[arg(long, default_value_t = 0.01)]
     pub max_clean_up_loss: f64,
