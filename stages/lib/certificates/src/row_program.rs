@@ -14,6 +14,8 @@ const TOL_VIOLATED: f64 = 1e-10;
 const TOL_PIVOT: f64 = 1e-11;
 /// A pivot below this on the way to a first vertex: another one is taken.
 const TOL_START: f64 = 1e-7;
+/// Rows whose violations are computed side by side.
+const LANES: usize = 8;
 /// Pivots after which the bound reached is taken as it is.
 const MAX_PIVOTS: usize = 80;
 
@@ -39,7 +41,8 @@ pub enum Active {
 #[derive(Debug, Default)]
 pub struct RowProgram {
     n: usize,
-    /// The rows that the cell can violate: their indices, α [one column of m a coordinate] and β, of unit length.
+    /// The rows that the cell can violate: their indices, α [blocks of [`LANES`] rows, in each one lane after the other
+    /// for each coordinate; the last block is filled with rows 0 ≤ 1] and β, of unit length.
     index: Vec<u32>,
     norm: Vec<f64>,
     alpha: Vec<f64>,
@@ -53,8 +56,11 @@ pub struct RowProgram {
     lambda: Vec<f64>,
     u: Vec<f64>,
     r: Vec<f64>,
-    /// α·u − β.
-    violation: Vec<f64>,
+    /// Positions of the rows that were active since the rows were loaded: looked at first, since similar programmes end
+    /// at few of them.
+    hot: Vec<usize>,
+    /// [N | N⁻¹].
+    table: Vec<f64>,
 }
 
 impl RowProgram {
@@ -137,42 +143,29 @@ impl RowProgram {
         for constraint in start {
             self.active.push(match *constraint {
                 Active::Row(row) => match self.index.iter().position(|&index| index == row) {
-                    Some(position) => position,
+                    Some(position) => {
+                        if !self.hot.contains(&position) {
+                            self.hot.push(position);
+                        }
+                        position
+                    }
                     None => return false,
                 },
                 Active::Bound(j, upper) => m + 2 * usize::from(j) + usize::from(upper),
             });
         }
-        // [N | I] → [I | N⁻¹], N the normals by rows.
+        // [N | I], N the normals by rows.
         let width = 2 * n;
-        let mut table = vec![0.0; n * width];
+        self.table.clear();
+        self.table.resize(n * width, 0.0);
         for k in 0..n {
             for j in 0..n {
-                table[k * width + j] = self.normal(self.active[k], j);
+                self.table[k * width + j] = self.normal(self.active[k], j);
             }
-            table[k * width + n + k] = 1.0;
+            self.table[k * width + n + k] = 1.0;
         }
-        for j in 0..n {
-            let size = |k: usize| table[k * width + j].abs();
-            let Some(pivot) = (j..n).max_by(|&x, &y| size(x).total_cmp(&size(y))) else { return false };
-            if !(size(pivot) > TOL_START) {
-                return false;
-            }
-            if pivot != j {
-                for c in 0..width {
-                    table.swap(pivot * width + c, j * width + c);
-                }
-            }
-            let scale = 1.0 / table[j * width + j];
-            table[j * width..(j + 1) * width].iter_mut().for_each(|x| *x *= scale);
-            for k in 0..n {
-                let factor = table[k * width + j];
-                if k != j && factor != 0.0 {
-                    for c in j..width {
-                        table[k * width + c] -= factor * table[j * width + c];
-                    }
-                }
-            }
+        if !eliminate(&mut self.table, n) {
+            return false;
         }
         // Row j of the right half is row j of N⁻¹; `inverse` holds columns.
         self.inverse.clear();
@@ -180,7 +173,7 @@ impl RowProgram {
         self.lambda.clear();
         for k in 0..n {
             for j in 0..n {
-                self.inverse[k * n + j] = table[j * width + n + k];
+                self.inverse[k * n + j] = self.table[j * width + n + k];
             }
             let column = &mut self.inverse[k * n..(k + 1) * n];
             let mut lambda: f64 = -self.cost.iter().zip(&*column).map(|(c, v)| c * v).sum::<f64>();
@@ -209,7 +202,7 @@ impl RowProgram {
     fn normal(&self, constraint: usize, j: usize) -> f64 {
         let m = self.index.len();
         match constraint.checked_sub(m) {
-            None => self.alpha[j * m + constraint],
+            None => self.alpha[self.position(constraint) + j * LANES],
             Some(bound) if bound / 2 != j => 0.0,
             Some(bound) => {
                 if bound % 2 == 1 {
@@ -253,14 +246,24 @@ impl RowProgram {
             self.norm.push(norm);
             self.beta.push(beta / norm);
         }
-        let m = self.index.len();
+        self.hot.clear();
+        let n_lanes = self.index.len().next_multiple_of(LANES);
+        self.beta.resize(n_lanes, 1.0);
         self.alpha.clear();
-        self.alpha.resize(n * m, 0.0);
+        self.alpha.resize(n * n_lanes, 0.0);
         for (i, (&row, norm)) in self.index.iter().zip(&self.norm).enumerate() {
-            for (j, a) in rows.a[row as usize].iter().enumerate() {
-                self.alpha[j * m + i] = a * self.half[j] / norm;
+            let first = self.position(i);
+            let scale = 1.0 / norm;
+            for (j, (a, half)) in rows.a[row as usize].iter().zip(&self.half).enumerate() {
+                self.alpha[first + j * LANES] = a * half * scale;
             }
         }
+    }
+
+    /// Where α of row `i` begins; the coordinates follow at distances of [`LANES`].
+    #[inline]
+    fn position(&self, i: usize) -> usize {
+        i / LANES * LANES * self.n + i % LANES
     }
 
     /// Starts at the corner of the cell that is cheapest.
@@ -285,16 +288,10 @@ impl RowProgram {
 
     fn most_violated(&mut self) -> Option<(usize, f64)> {
         let (m, n) = (self.index.len(), self.n);
-        self.violation.clear();
-        self.violation.extend(self.beta.iter().map(|beta| -beta));
-        for j in 0..n {
-            let u = self.u[j];
-            for (violation, alpha) in self.violation.iter_mut().zip(&self.alpha[j * m..(j + 1) * m]) {
-                *violation += alpha * u;
-            }
-        }
         let mut worst = (usize::MAX, TOL_VIOLATED);
-        for (i, &violation) in self.violation.iter().enumerate() {
+        for &i in &self.hot {
+            let alpha = self.alpha[self.position(i)..].iter().step_by(LANES);
+            let violation = alpha.zip(&self.u).map(|(alpha, u)| alpha * u).sum::<f64>() - self.beta[i];
             if violation > worst.1 {
                 worst = (i, violation);
             }
@@ -305,7 +302,33 @@ impl RowProgram {
                 worst = (m + 2 * j + usize::from(self.u[j] > 0.0), violation);
             }
         }
-        (worst.0 != usize::MAX && !self.active.contains(&worst.0)).then_some(worst)
+        if worst.0 != usize::MAX && !self.active.contains(&worst.0) {
+            return Some(worst);
+        }
+        worst = (usize::MAX, TOL_VIOLATED);
+        let blocks = self.alpha.chunks_exact((n * LANES).max(1)).zip(self.beta.chunks_exact(LANES));
+        for (block, (alpha, beta)) in blocks.enumerate() {
+            let mut violation: [f64; LANES] = std::array::from_fn(|lane| -beta[lane]);
+            for (alpha, u) in alpha.chunks_exact(LANES).zip(&self.u) {
+                for (violation, alpha) in violation.iter_mut().zip(alpha) {
+                    *violation += alpha * u;
+                }
+            }
+            if violation.iter().fold(f64::NEG_INFINITY, |most, &x| most.max(x)) > worst.1 {
+                for (lane, &violation) in violation.iter().enumerate() {
+                    if violation > worst.1 {
+                        worst = (block * LANES + lane, violation);
+                    }
+                }
+            }
+        }
+        if worst.0 == usize::MAX || self.active.contains(&worst.0) {
+            return None;
+        }
+        if !self.hot.contains(&worst.0) {
+            self.hot.push(worst.0);
+        }
+        Some(worst)
     }
 
     /// r with (normal of `constraint`) = Σ r_k (normal of active constraint k).
@@ -314,7 +337,8 @@ impl RowProgram {
         for k in 0..n {
             let column = &self.inverse[k * n..(k + 1) * n];
             self.r[k] = if constraint < m {
-                column.iter().enumerate().map(|(j, v)| self.alpha[j * m + constraint] * v).sum()
+                let alpha = self.alpha[self.position(constraint)..].iter().step_by(LANES);
+                column.iter().zip(alpha).map(|(v, alpha)| alpha * v).sum()
             } else {
                 let (j, upper) = ((constraint - m) / 2, (constraint - m) % 2 == 1);
                 if upper { column[j] } else { -column[j] }
@@ -357,4 +381,32 @@ impl RowProgram {
         multipliers.sort_unstable_by_key(|&(row, _)| row);
         multipliers
     }
+}
+
+/// [N | I] → [I | N⁻¹], n rows of 2n; false where a pivot is too small.
+fn eliminate(table: &mut [f64], n: usize) -> bool {
+    let width = 2 * n;
+    for j in 0..n {
+        let size = |k: usize| table[k * width + j].abs();
+        let Some(pivot) = (j..n).max_by(|&x, &y| size(x).total_cmp(&size(y))) else { return false };
+        if !(size(pivot) > TOL_START) {
+            return false;
+        }
+        if pivot != j {
+            for c in 0..width {
+                table.swap(pivot * width + c, j * width + c);
+            }
+        }
+        let scale = 1.0 / table[j * width + j];
+        table[j * width..(j + 1) * width].iter_mut().for_each(|x| *x *= scale);
+        for k in 0..n {
+            let factor = table[k * width + j];
+            if k != j && factor != 0.0 {
+                for c in j..width {
+                    table[k * width + c] -= factor * table[j * width + c];
+                }
+            }
+        }
+    }
+    true
 }

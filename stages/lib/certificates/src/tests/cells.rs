@@ -5,7 +5,7 @@ use crate::cell::CellBox;
 use crate::control_net::ControlNet;
 use crate::pair_model::PairModel;
 use crate::row_program::{RowProgram, Verdict};
-use crate::rows::Rows;
+use crate::rows::{RowBound, Rows};
 use crate::separating_normal::{PlacedCore, gap_along, separating_normal};
 use convex_sets::HPolyhedron;
 use nalgebra::{DMatrix, DVector};
@@ -130,6 +130,35 @@ proptest! {
             // The vertex it ended at attains the bound.
             let at: f64 = program.point(&cell).iter().zip(&g).enumerate().map(|(j, (q, g))| g * (q - cell.center(j))).sum();
             prop_assert!((at - bound).abs() < 1e-6 * (1.0 + bound.abs()), "{at} against {bound}");
+        }
+    }
+
+    /// Programmes over rows that are loaded already, from where others ended, find what they find from the beginning.
+    #[test]
+    fn programmes_that_follow_others_end_where_fresh_ones_do(seed in 0_u64..1 << 40) {
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        let n = rng.random_range(1..8);
+        let m = rng.random_range(0..40);
+        let mut number = |size: f64| size * (2.0 * rng.random::<f64>() - 1.0);
+        let A = DMatrix::from_fn(m, n, |_, _| number(1.0));
+        let A = DMatrix::from_fn(m, n, |i, j| A[(i, j)] / A.row(i).norm());
+        let rows = Rows::new(&HPolyhedron { A, b: DVector::from_fn(m, |_, _| number(0.2) + 0.4) });
+        let cell = CellBox { lower: vec![-1.0; n], upper: (0..n).map(|j| 0.5 + 0.2 * j as f64).collect() };
+        let mut program = RowProgram::default();
+        program.load(&rows, rows.active(), &cell);
+        let mut basis = Vec::new();
+        for _ in 0..4 {
+            let g: Vec<f64> = (0..n).map(|_| number(1.0)).collect();
+            let followed = rows.minimize_loaded(&mut program, &cell, &g, &basis, f64::INFINITY);
+            basis = program.basis();
+            let fresh = rows.minimize(&mut RowProgram::default(), &cell, &g, f64::INFINITY);
+            match (followed, fresh) {
+                (RowBound::Bound { value, .. }, RowBound::Bound { value: fresh, .. }) => {
+                    prop_assert!((value - fresh).abs() < 1e-7 * (1.0 + fresh.abs()), "{value} against {fresh}");
+                }
+                (RowBound::Empty(_), RowBound::Empty(_)) => {}
+                (followed, fresh) => prop_assert!(false, "{followed:?} against {fresh:?}"),
+            }
         }
     }
 }
