@@ -269,12 +269,12 @@ impl Folded<'_> {
         (slopes, constant)
     }
 
-    /// ½ σᵀ Ĥ σ + C(σ), where no square is kept: what second and third order add to value + slopes·σ there, up to T.
-    pub fn beyond_first(&self, sigma: &[f64; MAX_JOINTS]) -> f64 {
+    /// f at σ, up to T, where no square is kept.
+    pub fn at(&self, sigma: &[f64; MAX_JOINTS]) -> f64 {
         let series = self.series;
-        let (mut sum, mut at) = (0.0, 0);
+        let (mut sum, mut at) = (self.value(), 0);
         for i in 0..series.n {
-            sum += 0.5 * self.hessian[i][i] * sigma[i] * sigma[i];
+            sum += self.slopes[i] * sigma[i] + 0.5 * self.hessian[i][i] * sigma[i] * sigma[i];
             for j in i + 1..series.n {
                 let mut last = self.hessian[i][j];
                 for k in j + 1..series.n {

@@ -37,7 +37,7 @@ fn scenes(seed: u64) -> [Scene; 2] {
 fn no_certified_cell_holds_a_collision() {
     let (mut n_boxes, mut n_in_region) = (0, 0);
     let (mut n_by_corners, mut n_by_tangents) = (0, 0);
-    for (seed, scene) in (0..150).flat_map(|seed| scenes(seed).map(|scene| (seed, scene))) {
+    for (seed, scene) in (0..240).flat_map(|seed| scenes(seed).map(|scene| (seed, scene))) {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         let clearance = if seed % 3 == 1 { 0.01 } else { 0.0 };
         let Some(candidate) = candidate(&scene, &mut rng, 0.12) else { continue };
