@@ -1,23 +1,23 @@
 //! Certifies one region against all pairs of bodies.
 //!
-//! Each pair first gets a few cells against the region as it came. The pairs that need more follow in rounds of a fixed
-//! number, in the pairs' order, after a clean-up of what collides: those of a round run against the same rows, and see
-//! the cuts of all rounds before. The certified region is the intersection of all cuts. Rounds and budgets count pairs
-//! and cells, so the result depends neither on the number of workers nor on which of a round ends first.
-//! Source: mathematics.md 2.1, *Order*; there all pairs run against the same region, which cuts away more.
+//! Each pair first gets a few cells against the region as it came. The pairs that need more follow in their order, after a
+//! clean-up of what collides (`pair_pipeline.rs`). The certified region is the intersection of all cuts.
+//! Source: mathematics.md 2.1, *Order*.
 
 use crate::assemble::{Assembled, SharedProof, assemble};
 use crate::bounds::coordinate_bounds;
 use crate::cell::CellBox;
-use crate::clean_up::{CleanUp, clean_up};
 use crate::contact::least_gap;
 use crate::control_net::ControlNet;
+use crate::cut_region::CutRegion;
 use crate::error::CertifyError;
 use crate::guide::Guide;
+use crate::lanes::{N_LANES, in_lanes};
 use crate::options::{CertifyOptions, Method};
 use crate::pair_model::PairModel;
+use crate::pair_pipeline::{Pipeline, search_pairs};
 use crate::pair_search::{PairOutcome, search};
-use crate::region_data::{RegionData, keeps};
+use crate::region_data::RegionData;
 use crate::reuse::{EarlierCertificates, EarlierRows, reused};
 use crate::row_program::RowProgram;
 use crate::rows::Rows;
@@ -112,71 +112,14 @@ pub enum CertifyOutcome {
     Stopped,
 }
 
-/// Does `work` for each of `items`, each [`N_LANES`]-th one on a thread of its own if `on_threads`; what comes out does
-/// not depend on the threads.
-fn in_lanes<T: Sync, R: Send>(
-    items: &[T],
-    on_threads: bool,
-    work: impl Fn(&T, &mut ControlNet) -> R + Sync,
-) -> Vec<R> {
-    if !on_threads {
-        let mut net = ControlNet::default();
-        return items.iter().map(|item| work(item, &mut net)).collect();
-    }
-    let lane = |first: usize| -> Vec<R> {
-        let mut net = ControlNet::default();
-        items.iter().skip(first).step_by(N_LANES).map(|item| work(item, &mut net)).collect()
-    };
-    let mut lanes: Vec<std::vec::IntoIter<R>> = std::thread::scope(|scope| {
-        let others: Vec<_> = (1..N_LANES).map(|first| scope.spawn(move || lane(first))).collect();
-        let mut lanes = vec![lane(0).into_iter()];
-        // A lane that panics takes the region with it.
-        lanes.extend(others.into_iter().map(|other| match other.join() {
-            Ok(results) => results.into_iter(),
-            Err(panic) => std::panic::resume_unwind(panic),
-        }));
-        lanes
-    });
-    (0..items.len()).filter_map(|idx| lanes[idx % N_LANES].next()).collect()
-}
-
-/// The rows and the samples of a region with the cuts made so far.
-struct Shared {
-    rows: Rows,
-    guide: Option<Guide>,
-}
-
-impl Shared {
-    /// Takes the cuts of a proof over.
-    fn join(&mut self, proof: &mut SharedProof, guide: &dyn Fn() -> Guide) {
-        proof.offset = self.rows.len();
-        for (a, b) in &proof.proof.cuts {
-            // What an earlier proof brings is implied by the region: no sample is lost to it.
-            if !proof.proof.is_reused {
-                self.guide.get_or_insert_with(guide).cut(a, *b);
-            }
-            self.rows.push(a.clone(), *b, None);
+/// What becomes of a candidate where the search for `pair` ended without a proof.
+fn refusal(pair: CollisionPair, outcome: PairOutcome) -> CertifyOutcome {
+    match outcome {
+        PairOutcome::Failed { configuration, reason } => {
+            CertifyOutcome::Rejected { pair, configuration, reason }
         }
-    }
-
-    /// Cuts collisions of `models` off.
-    fn clean_up(
-        &mut self,
-        models: &[&PairModel],
-        region: &RegionData<'_>,
-        guide: &dyn Fn() -> Guide,
-        options: &CertifyOptions,
-    ) {
-        let left = self.guide.get_or_insert_with(guide);
-        let may_cut = |a: &[f64], b: f64| keeps(region, a, b);
-        let task = CleanUp {
-            limits: region.limits,
-            center: region.center,
-            may_cut: &may_cut,
-            max_loss: options.max_clean_up_loss,
-            room: options.room,
-        };
-        clean_up(models, &mut self.rows, left, &task);
+        PairOutcome::Limit { n_cells } => CertifyOutcome::Limit { pair, n_cells },
+        PairOutcome::Proof(_) | PairOutcome::Stopped => CertifyOutcome::Stopped,
     }
 }
 
@@ -193,8 +136,6 @@ pub struct Certifier {
 
 /// Pairs that need no more cells than this are independent of the others; the rest share what is cut for them.
 const EASY_CELLS: u64 = 400;
-/// So many of the other pairs run against the same rows; then their cuts are joined.
-const N_LANES: usize = 2;
 /// Samples by which cuts are judged where there are earlier certificates: little is cut then.
 const MAX_EXTENSION_SAMPLES: usize = 500;
 /// A cut leaves the centre this share of the distance that it had to the nearest face.
@@ -299,14 +240,14 @@ impl Certifier {
             let reason = "no plane separates the bodies at the centre of the region".to_owned();
             return Ok(CertifyOutcome::Rejected { pair: model.pair, configuration: center, reason });
         }
-        let mut shared = Shared { rows: rows.clone(), guide: None };
+        let mut cut = CutRegion { rows: rows.clone(), guide: None };
         let mut proofs: Vec<Option<SharedProof>> = Vec::with_capacity(self.pairs.len());
         let first = CertifyOptions { max_cells: EASY_CELLS.min(options.max_cells), ..options.clone() };
         let earlier = earlier.of_candidate(&candidate.polyhedron);
         let earlier =
             earlier.map(|certificate| (certificate, EarlierRows::new(certificate, &rows, &self.limits)));
         let on_threads = self.options.workers != 1;
-        let outcomes = in_lanes(&self.pairs, on_threads, |model, net| {
+        let outcomes = in_lanes(&self.pairs, on_threads, |model, net: &mut ControlNet| {
             let known = earlier.as_ref().and_then(|(certificate, earlier_rows)| {
                 reused(model, certificate, earlier_rows, rows.len(), &self.limits, net)
             });
@@ -314,57 +255,34 @@ impl Certifier {
         });
         for outcome in outcomes {
             proofs.push(match outcome {
-                PairOutcome::Proof(proof) => Some(SharedProof { n_base: rows.len(), offset: 0, proof }),
+                PairOutcome::Proof(proof) => Some(cut.join(rows.len(), proof, &guide)),
                 PairOutcome::Stopped => return Ok(CertifyOutcome::Stopped),
                 PairOutcome::Failed { .. } | PairOutcome::Limit { .. } => None,
             });
         }
-        for proof in proofs.iter_mut().flatten().filter(|proof| !proof.proof.cuts.is_empty()) {
-            shared.join(proof, &guide);
-        }
         let hard: Vec<usize> = (0..self.pairs.len()).filter(|&idx| proofs[idx].is_none()).collect();
+        let models: Vec<&PairModel> = hard.iter().map(|&idx| &self.pairs[idx]).collect();
         if !hard.is_empty() && self.options.cuts_allowed() {
-            let models: Vec<&PairModel> = hard.iter().map(|&idx| &self.pairs[idx]).collect();
-            shared.clean_up(&models, &region, &guide, &self.options);
+            cut.clean_up(&models, &region, &self.options, on_threads);
         }
-        for chunk in hard.chunks(N_LANES) {
-            let base = shared.rows.clone();
-            let guide_now = || shared.guide.clone().unwrap_or_else(guide);
-            let region = RegionData { rows: &base, guide: &guide_now, ..region };
-            let models: Vec<&PairModel> = chunk.iter().map(|&idx| &self.pairs[idx]).collect();
-            let outcomes =
-                in_lanes(&models, on_threads, |model, net| search(model, &region, &options, net, is_stopped));
-            let mut found: Vec<(usize, SharedProof)> = Vec::with_capacity(N_LANES);
-            for (&idx, outcome) in chunk.iter().zip(outcomes) {
-                let pair = self.pairs[idx].pair;
-                match outcome {
-                    PairOutcome::Proof(proof) => {
-                        found.push((idx, SharedProof { n_base: base.len(), offset: 0, proof }));
-                    }
-                    PairOutcome::Failed { configuration, reason } => {
-                        return Ok(CertifyOutcome::Rejected { pair, configuration, reason });
-                    }
-                    PairOutcome::Limit { n_cells } => return Ok(CertifyOutcome::Limit { pair, n_cells }),
-                    PairOutcome::Stopped => return Ok(CertifyOutcome::Stopped),
-                }
-            }
-            for (idx, mut proof) in found {
-                if !proof.proof.cuts.is_empty() {
-                    shared.join(&mut proof, &guide);
-                }
-                proofs[idx] = Some(proof);
-            }
-            shared.rows.prune(&mut RowProgram::default(), &self.limits);
+        let pipeline = Pipeline { models: &models, region, options: &options, is_stopped };
+        let found = search_pairs(&pipeline, cut, if on_threads { N_LANES } else { 1 });
+        let (found, cut) = match found {
+            Ok(found) => found,
+            Err((idx, outcome)) => return Ok(refusal(models[idx].pair, outcome)),
+        };
+        for (idx, proof) in hard.into_iter().zip(found) {
+            proofs[idx] = Some(proof);
         }
         let proofs: Vec<SharedProof> = proofs.into_iter().flatten().collect();
-        let volume_kept = shared.guide.as_ref().map_or(1.0, Guide::kept);
+        let volume_kept = cut.guide.as_ref().map_or(1.0, Guide::kept);
         let n_cells = proofs.iter().map(|proof| proof.proof.n_tried).sum();
         let reused = || proofs.iter().filter(|proof| proof.proof.is_reused);
         let n_reused = reused().count();
         let n_cuts =
-            shared.rows.len() - rows.len() - reused().map(|proof| proof.proof.cuts.len()).sum::<usize>();
+            cut.rows.len() - rows.len() - reused().map(|proof| proof.proof.cuts.len()).sum::<usize>();
         let Assembled { polyhedron, rows, pairs } =
-            assemble(&shared.rows, rows.len(), &self.limits, &self.pairs, proofs);
+            assemble(&cut.rows, rows.len(), &self.limits, &self.pairs, proofs);
         Ok(CertifyOutcome::Certified(Box::new(CertifiedRegion {
             polyhedron,
             center: candidate.center.clone(),

@@ -6,6 +6,7 @@
 
 use crate::cell::CellBox;
 use crate::guide::Guide;
+use crate::lanes::in_lanes;
 use crate::pair_model::{PairModel, Tangent};
 use crate::row_program::RowProgram;
 use crate::rows::Rows;
@@ -53,7 +54,8 @@ const N_ROUNDS: usize = 4;
 const N_ROUNDS_LARGE: usize = 6;
 /// Share of the loss of a cut that is allowed in the last of them; half of it in the round before, and so on.
 const LAST_SHARE: f64 = 0.25;
-/// Where more of the samples collide, a cut may lose so many times their share: it has to.
+/// Where more of the samples collide, a cut may lose so many times their share, in the last of the rounds that allow more
+/// and more: it has to.
 const LOSS_FOR_SHARE: f64 = 8.0;
 /// Steps from a collision to contact.
 const N_NEWTON: usize = 4;
@@ -67,7 +69,13 @@ const N_WAYS: usize = 24;
 const N_WAY_BISECTIONS: usize = 12;
 
 /// Adds cuts to `rows` and takes what they lose out of `guide`; returns how many.
-pub fn clean_up(models: &[&PairModel], rows: &mut Rows, guide: &mut Guide, task: &CleanUp<'_>) -> usize {
+pub fn clean_up(
+    models: &[&PairModel],
+    rows: &mut Rows,
+    guide: &mut Guide,
+    task: &CleanUp<'_>,
+    on_threads: bool,
+) -> usize {
     let mut program = RowProgram::default();
     let mut n_cuts = 0;
     let mut is_done = vec![false; models.len()];
@@ -75,8 +83,13 @@ pub fn clean_up(models: &[&PairModel], rows: &mut Rows, guide: &mut Guide, task:
     let many_joints = models.iter().any(|model| model.corners.is_some());
     let (n_rounds, n_vertices) = if many_joints { (N_ROUNDS_LARGE, N_VERTICES) } else { (N_ROUNDS, 0) };
     for round in 0..n_rounds {
-        let max_loss = if many_joints { task.max_loss * share_of_loss(round) } else { task.max_loss };
-        let n_before = n_cuts;
+        let (max_loss, for_share) = if many_joints {
+            let share = share_of_loss(round);
+            (task.max_loss * share, LOSS_FOR_SHARE * share / LAST_SHARE)
+        } else {
+            (task.max_loss, LOSS_FOR_SHARE)
+        };
+        let (n_before, n_rows_before) = (n_cuts, rows.len());
         let n = task.center.len();
         let vertices: Vec<Vec<f64>> = (0..n_vertices)
             .map(|_| {
@@ -85,26 +98,25 @@ pub fn clean_up(models: &[&PairModel], rows: &mut Rows, guide: &mut Guide, task:
                 program.point(task.limits)
             })
             .collect();
-        for (model, is_done) in models.iter().zip(&mut is_done).filter(|(_, is_done)| !**is_done) {
-            let mut starts: Vec<(f64, Vec<f64>)> = guide
-                .samples()
-                .take(N_LOOKED_AT)
-                .map(|q| (model.gap(q) - model.clearance, q.to_vec()))
-                .collect();
-            starts.sort_by(|x, y| x.0.total_cmp(&y.0));
-            let n_colliding = starts.iter().take_while(|(gap, _)| *gap <= model.demand()).count();
-            let share = n_colliding as f64 / starts.len().max(1) as f64;
-            let task = CleanUp { max_loss: max_loss.max(LOSS_FOR_SHARE * share).min(1.0), ..*task };
+        let left: Vec<usize> = (0..models.len()).filter(|&idx| !is_done[idx]).collect();
+        let (rows_now, samples): (&Rows, &Guide) = (rows, guide);
+        let found = in_lanes(&left, on_threads, |&idx, program| {
+            least_gaps(models[idx], rows_now, samples, &vertices, task.limits, program)
+        });
+        for (idx, LeastGaps { share, ends }) in left.into_iter().zip(found) {
+            let model = models[idx];
+            let task = CleanUp { max_loss: max_loss.max(for_share * share).min(1.0), ..*task };
             let mut n_here = 0;
-            let samples = starts.into_iter().take(N_DESCENTS).map(|(_, start)| start);
-            let near = vertices.iter().filter(|q| model.gap(q) < model.clearance + MAX_VERTEX_GAP).cloned();
-            for start in samples.chain(near) {
-                let (gap, q) = descend(model, rows, task.limits, &start, &mut program);
-                if gap <= task.nearest(model) && cut(model, rows, guide, &task, &q) {
+            for (gap, q) in ends {
+                let is_left = |row: usize| rows.slack(row, &q) >= 0.0;
+                if gap <= task.nearest(model)
+                    && (n_rows_before..rows.len()).all(is_left)
+                    && cut(model, rows, guide, &task, &q)
+                {
                     n_here += 1;
                 }
             }
-            *is_done = n_here == 0 && n_vertices == 0;
+            is_done[idx] = n_here == 0 && n_vertices == 0;
             n_cuts += n_here;
         }
         rows.prune(&mut program, task.limits);
@@ -113,6 +125,37 @@ pub fn clean_up(models: &[&PairModel], rows: &mut Rows, guide: &mut Guide, task:
         }
     }
     n_cuts
+}
+
+/// Where descents of a pair's gap end.
+struct LeastGaps {
+    /// Share of the samples in collision.
+    share: f64,
+    /// Gaps less clearance, metres, and configurations.
+    ends: Vec<(f64, Vec<f64>)>,
+}
+
+/// Descents from the samples with the least gaps, and from the `vertices` with small ones.
+fn least_gaps(
+    model: &PairModel,
+    rows: &Rows,
+    samples: &Guide,
+    vertices: &[Vec<f64>],
+    limits: &CellBox,
+    program: &mut RowProgram,
+) -> LeastGaps {
+    let mut starts: Vec<(f64, &[f64])> =
+        samples.samples().take(N_LOOKED_AT).map(|q| (model.gap(q) - model.clearance, q)).collect();
+    starts.sort_by(|x, y| x.0.total_cmp(&y.0));
+    let n_colliding = starts.iter().take_while(|(gap, _)| *gap <= model.demand()).count();
+    let share = n_colliding as f64 / starts.len().max(1) as f64;
+    let from_samples = starts.into_iter().take(N_DESCENTS).map(|(_, start)| start);
+    let near = vertices.iter().filter(|q| model.gap(q) < model.clearance + MAX_VERTEX_GAP);
+    let ends = from_samples
+        .chain(near.map(Vec::as_slice))
+        .map(|start| descend(model, rows, limits, start, program))
+        .collect();
+    LeastGaps { share, ends }
 }
 
 /// Share of [`CleanUp::max_loss`] that a cut may lose in a round between many joints. What cheap cuts take away makes
@@ -176,6 +219,10 @@ fn cut_with(
     x: &[f64],
     room: f64,
 ) -> bool {
+    // Faces beyond which there is hardly more room than at x would be made again and again.
+    if model.gap(x) > model.clearance + NEAR_SHARE * room {
+        return false;
+    }
     let mut candidates: Vec<(Vec<f64>, f64)> = Vec::new();
     // The half-space of the gap to first order, at the contact that lies straight uphill.
     let mut contact = x.to_vec();
@@ -209,18 +256,20 @@ fn cut_with(
     if model.corners.is_some() {
         candidates.extend(tangents_towards_samples(model, guide, x, enough));
     }
-    let mut best: Option<(f64, usize)> = None;
+    // The loss is known to a sample: of cuts that lose the same, the one that cuts deepest.
+    let mut best: Option<(f64, f64, usize)> = None;
     for (position, (a, b)) in candidates.iter().enumerate() {
-        let most = best.map_or(task.max_loss, |(loss, _)| loss);
-        if dot(a, x) > *b
+        let most = best.map_or(task.max_loss, |(loss, ..)| loss);
+        let depth = dot(a, x) - b;
+        if depth > 0.0
             && (task.may_cut)(a, *b)
             && let Some(loss) = guide.loss(a, *b, most)
-            && best.is_none_or(|(least, _)| loss < least)
+            && best.is_none_or(|(least, deepest, _)| loss < least || (loss == least && depth > deepest))
         {
-            best = Some((loss, position));
+            best = Some((loss, depth, position));
         }
     }
-    let Some((_, position)) = best else { return false };
+    let Some((.., position)) = best else { return false };
     let (a, b) = candidates.swap_remove(position);
     guide.cut(&a, b);
     rows.push(a, b, None);
@@ -287,12 +336,59 @@ mod tests {
         assert_eq!(shares.last(), Some(&LAST_SHARE));
     }
 
+    /// A configuration with more room than half of what a face leaves is left alone, one with less is cut off.
+    #[test]
+    fn what_has_room_enough_is_not_cut_again_and_again() {
+        let (scene, center) = above_top_shelf();
+        let region = HPolyhedron::from_box(&center.add_scalar(-0.3), &center.add_scalar(0.3));
+        let mut guide = Guide::new(&region, &center, &[], 400, &mut ChaCha8Rng::seed_from_u64(1));
+        let limits = CellBox {
+            lower: scene.lower().iter().copied().collect(),
+            upper: scene.upper().iter().copied().collect(),
+        };
+        let task = CleanUp {
+            limits: &limits,
+            center: center.as_slice(),
+            may_cut: &|_, _| true,
+            max_loss: 1.0,
+            room: 2e-3,
+        };
+        let (mut n_cut, mut n_left) = (0, 0);
+        for pair in scene.collision_pairs() {
+            let model = PairModel::new(&scene, pair, 0.0);
+            let Some(x) = guide.samples().find(|q| model.gap(q) < -0.01).map(<[f64]>::to_vec) else {
+                continue;
+            };
+            if model.corners.is_none() || model.gap(center.as_slice()) < 0.01 {
+                continue;
+            }
+            let mut rows = Rows::new(&region);
+            for (share, is_cut) in [(0.9, false), (0.3, true)] {
+                let near = way_out(&model, &x, center.as_slice(), share * task.room, 40);
+                let n_rows = rows.len();
+                assert_eq!(cut(&model, &mut rows, &mut guide, &task, &near), is_cut);
+                assert_eq!(rows.len() > n_rows, is_cut);
+                if is_cut {
+                    assert!(rows.slack(n_rows, &near) < 0.0);
+                    n_cut += 1;
+                } else {
+                    n_left += 1;
+                }
+            }
+        }
+        assert!(n_cut > 0 && n_left > 0);
+    }
+
+    fn above_top_shelf() -> (scene::Scene, DVector<f64>) {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../scenes/iiwa14-shelf");
+        let scene = scene::Scene::load(&folder).expect("the scene of this project loads");
+        (scene, DVector::from_vec(vec![0.0, 0.472, 0.0, -0.672, 0.0, 0.426, 1.571]))
+    }
+
     /// The gripper above the top shelf: it meets the board where the arm is lowered.
     #[test]
     fn most_faces_towards_samples_cut_the_collision_off() {
-        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../scenes/iiwa14-shelf");
-        let scene = scene::Scene::load(&folder).expect("the scene of this project loads");
-        let center = DVector::from_vec(vec![0.0, 0.472, 0.0, -0.672, 0.0, 0.426, 1.571]);
+        let (scene, center) = above_top_shelf();
         let region = HPolyhedron::from_box(&center.add_scalar(-0.3), &center.add_scalar(0.3));
         let mut rng = ChaCha8Rng::seed_from_u64(1);
         let guide = Guide::new(&region, &center, &[], 400, &mut rng);

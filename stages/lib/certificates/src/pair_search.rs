@@ -1,7 +1,8 @@
 //! The tree of cells that certifies one pair of bodies on a region.
 //!
-//! Cells are tried largest first. A cell that has no plane costs the region a face where that is cheap (the
-//! half-space on which its plane separates, or a face of the region moved inwards), and is split otherwise.
+//! Cells are tried largest first, but for those in which a near collision was seen, which come before. A cell that has
+//! no plane costs the region a face where that is cheap (the half-space on which its plane separates, or a face of the
+//! region moved inwards), and is split otherwise.
 //! Between many joints a cell is first tried by the series of a body's corners (`corner_search.rs`), and by control nets
 //! only where it is too wide for them. Source: mathematics.md 2.1, certificates.md section 4.
 
@@ -68,6 +69,8 @@ const CHEAP_NET: usize = 100;
 const N_CHEAP_FRAMES: usize = 2;
 /// A cell is contracted by a row if that takes away this share of a width.
 const MIN_CONTRACTION: f64 = 0.2;
+/// Cells in which the bodies are seen this close, metres, come before all others.
+const URGENT_GAP: f64 = 5e-3;
 /// After so many cuts rows that others imply are taken out of use.
 const CUTS_BETWEEN_PRUNINGS: usize = 64;
 
@@ -261,7 +264,7 @@ impl Search<'_> {
     fn treat(&mut self, net: &mut ControlNet, node: usize, cell: CellBox) -> Result<(), String> {
         let Some((node, cell)) = self.contract(node, cell) else { return Ok(()) };
         if let Some(j) = self.too_wide(&cell) {
-            self.split(node, cell, j);
+            self.split(node, cell, j, None);
             return Ok(());
         }
         if let Some(pair) = self.corners {
@@ -310,7 +313,7 @@ impl Search<'_> {
         }
         match self.split_coordinate(&cell, &attempt) {
             Some(j) if cell.lower[j] < cell.center(j) && cell.center(j) < cell.upper[j] => {
-                self.split(node, cell, j);
+                self.split(node, cell, j, None);
                 Ok(())
             }
             _ => Err(NO_SPLIT.to_owned()),
@@ -431,7 +434,9 @@ impl Search<'_> {
         widest.map(|(_, j)| j)
     }
 
-    fn split(&mut self, node: usize, cell: CellBox, j: usize) {
+    /// Halves the cell. Of the halves the one with `nearest`, if the bodies come as close there as cuts leave them, is next:
+    /// what is cut for it makes the other cells easier.
+    fn split(&mut self, node: usize, cell: CellBox, j: usize, nearest: Option<&(Vec<f64>, f64)>) {
         let at = cell.center(j);
         let nodes = self.tree.split(node, j, at);
         let (mut lower, mut upper) = (cell.clone(), cell);
@@ -440,15 +445,15 @@ impl Search<'_> {
         let (rows, n_rows_seen): (Rc<[u32]>, usize) = (self.relevant.as_slice().into(), self.rows.len());
         for (node, cell) in nodes.into_iter().zip([lower, upper]) {
             let (rows, start, seen) = (rows.clone(), self.start.clone(), self.seen.clone());
-            self.queue.push(Waiting {
-                size: self.model.size(&cell),
-                node,
-                cell,
-                rows,
-                start,
-                seen,
-                n_rows_seen,
-            });
+            let mut waiting =
+                Waiting { size: self.model.size(&cell), node, cell, rows, start, seen, n_rows_seen };
+            if let Some((q, gap)) = nearest
+                && gap - self.model.clearance < URGENT_GAP
+                && (waiting.cell.lower[j]..=waiting.cell.upper[j]).contains(&q[j])
+            {
+                waiting.size = f64::MAX;
+            }
+            self.queue.push(waiting);
         }
     }
 

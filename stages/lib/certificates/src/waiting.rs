@@ -1,4 +1,4 @@
-//! The order in which cells are tried: largest first.
+//! The order in which cells are tried: near collisions first, then the largest.
 
 use crate::cell::CellBox;
 use crate::corner_search::Seen;
@@ -8,7 +8,7 @@ use std::rc::Rc;
 
 /// A cell that waits.
 pub struct Waiting {
-    /// Its order, metres.
+    /// Its order, metres: largest first, and before these the urgent ones, which have the largest number.
     pub size: f64,
     /// Its node in the tree.
     pub node: usize,

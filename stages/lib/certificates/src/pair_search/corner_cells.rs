@@ -70,7 +70,7 @@ impl Search<'_> {
             }
             return match split_at {
                 Some(j) if cell.lower[j] < cell.center(j) && cell.center(j) < cell.upper[j] => {
-                    self.split(node, cell.clone(), j);
+                    self.split(node, cell.clone(), j, Some(&open.nearest));
                     Ok(())
                 }
                 _ => Err(NO_SPLIT.to_owned()),
