@@ -137,8 +137,8 @@ pub enum Cell {
     ///
     /// With r the normal, signed so that f(q) = r·x(q) + const is the gap of corner x along it, and σ_i = δ_i / h_i in
     /// [-1, 1], powers of the series are folded into lower orders: v, g, Ĥ are the value at the centre, the gradient and
-    /// h_i h_j ∂_i ∂_j f with what is folded into them, C the third order in products of three different σ, and T a
-    /// bound of what that leaves and of the fifth order. Where τ_i² > ½, squares σ_i² beside other joints are folded as
+    /// h_i h_j ∂_i ∂_j f with what is folded into them, C the products of three and of four different σ, and T a bound
+    /// of what that leaves and of the fifth order. Where τ_i² > ½, squares σ_i² beside other joints are folded as
     /// they are at the corners of the cell, and Ĥ has 2 Σ |c| over their coefficients more on its diagonal, D_i; else D_i
     /// is 0. `stages/check/src/corners.rs` has the rules and why they hold.
     ///

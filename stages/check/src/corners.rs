@@ -24,8 +24,8 @@
 //! Where joint i is kept (|τ_i| large), its squares beside other joints stay: at a corner of the cell they are c σ_j and
 //! c σ_j σ_k, and so they are folded; what that leaves, c (σ_i² − 1) σ_j and c (σ_i² − 1) σ_j σ_k, is 0 at corners and of
 //! second derivative at most D_i = 2 Σ |c| in σ_i, none in other joints. D_i is added to the convex part and taken off
-//! the concave one, which keeps that concave in each σ_i, so that its least value is at a corner. Products of four
-//! different joints are bounded by |c|.
+//! the concave one, which keeps that concave in each σ_i, so that its least value is at a corner. Products of three and of
+//! four different joints are linear in each: they stay as they are.
 //!
 //! Rounding. These are computed in `f64`, not in intervals, and [`Series::rounding`] is taken off. Let L be the sum of
 //! all lengths of the chain, the corner's included, at least 1. Each of at most 17 factors of a pose is known to 2e-14
@@ -202,7 +202,7 @@ impl<'a> Moving<'a> {
             slopes: std::array::from_fn(|k| if k < n { dot(&self.r, &b[k]) * h[k] } else { 0.0 }),
             hessian: [[0.0; MAX_JOINTS]; MAX_JOINTS],
             constant: 0.0,
-            cubic: [[[0.0; MAX_JOINTS]; MAX_JOINTS]; MAX_JOINTS],
+            products: [0.0; 1 << MAX_JOINTS],
             squares: [[0.0; MAX_JOINTS]; MAX_JOINTS],
             squares_of_pairs: [[[0.0; MAX_JOINTS]; MAX_JOINTS]; MAX_JOINTS],
             rest: 0.0,
@@ -285,12 +285,12 @@ pub struct Series {
     slopes: Joints<f64>,
     hessian: Joints<Joints<f64>>,
     constant: f64,
-    /// Third order in three different joints.
-    cubic: Joints<Joints<Joints<f64>>>,
+    /// Coefficients of products of three and four different joints, by the set of the joints (bit i: joint i).
+    products: [f64; 1 << MAX_JOINTS],
     /// Coefficients of σ_i² σ_j and of σ_i² σ_j σ_k, j < k.
     squares: Joints<Joints<f64>>,
     squares_of_pairs: Joints<Joints<Joints<f64>>>,
-    /// What those powers lose, products of four different joints, and the fifth order.
+    /// What those powers lose, and the fifth order.
     rest: f64,
     /// What rounding may have done to any of it, over the cell.
     pub rounding: f64,
@@ -314,7 +314,7 @@ impl Series {
             }
             [i, j, k] if i == j => self.squares[i][k] += 0.5 * t,
             [i, j, k] if j == k => self.squares[j][i] += 0.5 * t,
-            [i, j, k] => self.cubic[i][j][k] = t,
+            [i, j, k] => self.products[1 << i | 1 << j | 1 << k] = t,
         }
     }
 
@@ -342,7 +342,7 @@ impl Series {
             [i, j, k, l] if i == j => self.squares_of_pairs[i][k][l] += 0.5 * t,
             [i, j, k, l] if j == k => self.squares_of_pairs[j][i][l] += 0.5 * t,
             [i, j, k, l] if k == l => self.squares_of_pairs[k][i][j] += 0.5 * t,
-            _ => self.rest += t.abs(),
+            [i, j, k, l] => self.products[1 << i | 1 << j | 1 << k | 1 << l] = t,
         }
     }
 
@@ -380,7 +380,7 @@ impl Series {
 /// The square of τ_i from which the squares of joint i are kept.
 const KEPT: f32 = 0.5;
 
-/// A series of first to third order that differs from f by at most `rest` (and what rounding does) where no square is
+/// A series of first to fourth order that differs from f by at most `rest` (and what rounding does) where no square is
 /// kept, and at the corners of the cell in any case.
 pub struct Folded<'a> {
     series: &'a Series,
@@ -410,8 +410,8 @@ impl Folded<'_> {
     /// What second and higher orders take away at most, by absolute values; where no square is kept.
     pub fn by_sizes(&self) -> f64 {
         let second: f64 = self.hessian.iter().flatten().map(|x| x.abs()).sum();
-        let cubic: f64 = self.series.cubic.iter().flatten().flatten().map(|x| x.abs()).sum();
-        0.5 * second + cubic + self.rest
+        let products: f64 = self.series.products.iter().map(|x| x.abs()).sum();
+        0.5 * second + products + self.rest
     }
 
     /// Lower bound of f(q) − value + Σ μ (a·q − b) over the cell, by the tangent at τ and N = Σ w wᵀ + ε 1 (see
@@ -469,24 +469,27 @@ impl Folded<'_> {
         Some(constant + self.least_at_corners(&N, &s) - self.rest - rounding)
     }
 
-    /// min { s·σ − Σ_{i<j} N_ij σ_i σ_j + C(σ) : σ ∈ {-1, 1}ⁿ }.
+    /// min { s·σ − Σ_{i<j} N_ij σ_i σ_j + C(σ) : σ ∈ {-1, 1}ⁿ }, by a Walsh–Hadamard transform: from the coefficients by
+    /// sets of joints to the values at the corners, by the sets of joints at −1.
     fn least_at_corners(&self, N: &Joints<Joints<f64>>, s: &Joints<f64>) -> f64 {
         let n = self.series.n;
-        let mut least = f64::INFINITY;
-        for signs in 0..1_usize << n {
-            let sign: Joints<f64> = std::array::from_fn(|i| if signs >> i & 1 == 1 { -1.0 } else { 1.0 });
-            let mut sum = 0.0;
-            for i in 0..n {
-                let mut of_i = s[i];
-                for j in i + 1..n {
-                    let last: f64 = (j + 1..n).map(|k| sign[k] * self.series.cubic[i][j][k]).sum();
-                    of_i += sign[j] * (last - N[i][j]);
-                }
-                sum += sign[i] * of_i;
+        let mut values = self.series.products;
+        for i in 0..n {
+            values[1 << i] = s[i];
+            for j in i + 1..n {
+                values[1 << i | 1 << j] = -N[i][j];
             }
-            least = least.min(sum);
         }
-        least
+        let values = &mut values[..1 << n];
+        for i in 0..n {
+            for pair in values.chunks_exact_mut(2 << i) {
+                let (plus, minus) = pair.split_at_mut(1 << i);
+                for (plus, minus) in plus.iter_mut().zip(minus) {
+                    (*plus, *minus) = (*plus + *minus, *plus - *minus);
+                }
+            }
+        }
+        values.iter().fold(f64::INFINITY, |least, &value| least.min(value))
     }
 }
 

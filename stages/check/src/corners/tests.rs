@@ -90,12 +90,20 @@ fn nothing(n: usize) -> Series {
         slopes: [0.0; MAX_JOINTS],
         hessian: [[0.0; MAX_JOINTS]; MAX_JOINTS],
         constant: 0.0,
-        cubic: [[[0.0; MAX_JOINTS]; MAX_JOINTS]; MAX_JOINTS],
+        products: [0.0; 1 << MAX_JOINTS],
         squares: [[0.0; MAX_JOINTS]; MAX_JOINTS],
         squares_of_pairs: [[[0.0; MAX_JOINTS]; MAX_JOINTS]; MAX_JOINTS],
         rest: 0.0,
         rounding: 0.0,
     }
+}
+
+/// C(σ), term by term.
+fn of_products(folded: &Folded<'_>, sigma: &[f64]) -> f64 {
+    let product = |set: usize| -> f64 {
+        (0..folded.series.n).filter(|i| set >> i & 1 == 1).map(|i| sigma[i]).product()
+    };
+    folded.series.products.iter().enumerate().map(|(set, c)| c * product(set)).sum()
 }
 
 /// The folded series at σ, without D.
@@ -106,12 +114,9 @@ fn at(folded: &Folded<'_>, sigma: &[f64]) -> f64 {
         sum += folded.slopes[i] * sigma[i] - 0.5 * folded.kept[i] * sigma[i] * sigma[i];
         for j in 0..n {
             sum += 0.5 * folded.hessian[i][j] * sigma[i] * sigma[j];
-            for k in 0..n {
-                sum += folded.series.cubic[i][j][k] * sigma[i] * sigma[j] * sigma[k];
-            }
         }
     }
-    sum
+    sum + of_products(folded, sigma)
 }
 
 /// One term of the series alone, for every pattern of equal joints: `t` over the factorials of the powers.
@@ -293,4 +298,37 @@ fn a_second_order_that_stays_concave_is_refused() {
     assert_eq!(series.by_tangent(&[0.0, 0.0], &[0.1001], &[0.0]), None);
     assert_eq!(series.by_tangent(&[f32::NAN], &[0.1001], &[0.0]), None);
     assert_eq!(series.by_tangent(&[0.0], &[0.1, 0.1, f32::INFINITY], &[0.0]), None);
+}
+
+/// Every corner summed term by term.
+#[test]
+fn the_least_corner_is_found() {
+    for n in 1..=MAX_JOINTS {
+        let mut number = (0..).map(|k| (f64::from(k) * 0.7391).sin());
+        let mut next = || number.next().unwrap_or(0.0);
+        let mut series = nothing(n);
+        for set in (0..1_usize << n).filter(|set| (3..=4).contains(&set.count_ones())) {
+            series.products[set] = next();
+        }
+        let mut N = [[0.0; MAX_JOINTS]; MAX_JOINTS];
+        for i in 0..n {
+            for j in 0..n {
+                N[i][j] = if j < i { N[j][i] } else { next() };
+            }
+        }
+        let s = std::array::from_fn(|i| if i < n { next() } else { 0.0 });
+        let folded = series.fold(&[]);
+        let least = (0..1_usize << n)
+            .map(|signs| {
+                let sigma: Vec<f64> = (0..n).map(|i| if signs >> i & 1 == 1 { 1.0 } else { -1.0 }).collect();
+                let mut sum = of_products(&folded, &sigma);
+                for i in 0..n {
+                    sum += s[i] * sigma[i];
+                    sum -= (i + 1..n).map(|j| N[i][j] * sigma[i] * sigma[j]).sum::<f64>();
+                }
+                sum
+            })
+            .fold(f64::INFINITY, f64::min);
+        assert!((folded.least_at_corners(&N, &s) - least).abs() < 1e-12, "{n} joints");
+    }
 }

@@ -6,7 +6,7 @@
 //! hand a net holds for wide cells, where the fifth order of a series is large.
 
 use crate::cell::CellBox;
-use crate::corner_series::{MAX_JOINTS, Series, triples};
+use crate::corner_series::{MAX_JOINTS, Series};
 use crate::pair_model::{PairFrame, PairModel};
 use crate::support::Core;
 use nalgebra::{Matrix3, Rotation3, Vector3};
@@ -158,7 +158,8 @@ impl JointsAt {
             r: *r,
             a: [zero; MAX_JOINTS],
             c: [[zero; MAX_JOINTS]; MAX_JOINTS],
-            d: Vec::with_capacity(triples(self.n + 2)),
+            // As many as there are triples i ≤ j ≤ k.
+            d: Vec::with_capacity(self.n * (self.n + 1) * (self.n + 2) / 6),
             s: [0.0; MAX_JOINTS],
         };
         let mut turned = 0.0;

@@ -7,8 +7,6 @@ use nalgebra::{SMatrix, SymmetricEigen};
 
 /// Most joints of the moving side.
 pub const MAX_JOINTS: usize = 8;
-/// Triples of different joints.
-const MAX_TRIPLES: usize = MAX_JOINTS * (MAX_JOINTS - 1) * (MAX_JOINTS - 2) / 6;
 
 /// The series of a corner at the centre of a cell, by σ_i = δ_i / h_i.
 #[derive(Debug, Clone)]
@@ -22,18 +20,20 @@ pub struct Series {
     slopes: [f64; MAX_JOINTS],
     hessian: Matrix,
     constant: f64,
-    /// Third order in three different joints over the cell, for i < j < k in the order of three nested loops.
-    cubic: [f64; MAX_TRIPLES],
+    /// Coefficients over the cell of products of three and four different joints, by the set of the joints (bit i: joint
+    /// i).
+    products: [f64; 1 << MAX_JOINTS],
     /// Coefficients of σ_i² σ_j, i ≠ j.
     squares: Matrix,
     /// Coefficients of σ_i² σ_j σ_k, i ≠ j < k ≠ i.
     squares_of_pairs: [Matrix; MAX_JOINTS],
     /// For each joint: how much of what is lost goes where it is halved.
     sizes: [f64; MAX_JOINTS],
-    /// What cubes, fourth powers, products of squares and of four different joints lose, and the fifth order.
+    /// What cubes, fourth powers and products of squares lose, and the fifth order.
     rest: f64,
     fifth: f64,
-    cubic_size: f64,
+    /// Sum of the sizes of `products`.
+    products_size: f64,
     /// What rounding may do to any of it, here and where it is verified.
     rounding: f64,
 }
@@ -67,13 +67,13 @@ impl Series {
             slopes: [0.0; MAX_JOINTS],
             hessian: zero,
             constant: 0.0,
-            cubic: [0.0; MAX_TRIPLES],
+            products: [0.0; 1 << MAX_JOINTS],
             squares: zero,
             squares_of_pairs: [zero; MAX_JOINTS],
             sizes: half.map(share),
             rest: 0.0,
             fifth,
-            cubic_size: 0.0,
+            products_size: 0.0,
             rounding,
         }
     }
@@ -94,14 +94,7 @@ impl Series {
     /// Adds the derivative `t` by joints i ≤ j ≤ k over the cell.
     pub fn add_third(&mut self, [i, j, k]: [usize; 3], t: f64) {
         if i < j && j < k {
-            // Triples that begin with an earlier joint, and those with i and an earlier second.
-            let before = triples(self.n) - triples(self.n - i);
-            let of_first = before + pairs(self.n - i - 1) - pairs(self.n - j);
-            self.cubic[of_first + k - j - 1] = t;
-            self.cubic_size += t.abs();
-            for at in [i, j, k] {
-                self.sizes[at] += 0.5 * t.abs();
-            }
+            self.add_product(&[i, j, k], t);
             return;
         }
         if i == k {
@@ -148,7 +141,16 @@ impl Series {
                 self.sizes[at] += 0.25 * t.abs() * share;
             }
         } else {
-            self.lose(t.abs(), &[(i, 0.5), (j, 0.5), (k, 0.5), (l, 0.5)]);
+            self.add_product(&[i, j, k, l], t);
+        }
+    }
+
+    /// Adds t σ_i σ_j … of different joints.
+    fn add_product(&mut self, joints: &[usize], t: f64) {
+        self.products[joints.iter().map(|&at| 1 << at).sum::<usize>()] = t;
+        self.products_size += t.abs();
+        for &at in joints {
+            self.sizes[at] += 0.5 * t.abs();
         }
     }
 
@@ -241,7 +243,7 @@ impl Folded<'_> {
     /// What second to fifth order take away at most, at little cost.
     pub fn crude(&self) -> f64 {
         let second: f64 = self.hessian.iter().flatten().map(|x| x.abs()).sum();
-        0.5 * second + self.series.cubic_size + self.rest + self.series.rounding
+        0.5 * second + self.series.products_size + self.rest + self.series.rounding
     }
 
     /// Vectors w and the matrix N = Σ w wᵀ + ε 1 that they stand for, with Ĥ + N positive semidefinite.
@@ -271,15 +273,16 @@ impl Folded<'_> {
 
     /// f at σ, up to T, where no square is kept.
     pub fn at(&self, sigma: &[f64; MAX_JOINTS]) -> f64 {
-        let series = self.series;
-        let (mut sum, mut at) = (self.value(), 0);
-        for i in 0..series.n {
+        let (n, products) = (self.series.n, &self.series.products);
+        let mut sum = self.value();
+        for i in 0..n {
             sum += self.slopes[i] * sigma[i] + 0.5 * self.hessian[i][i] * sigma[i] * sigma[i];
-            for j in i + 1..series.n {
+            for j in i + 1..n {
                 let mut last = self.hessian[i][j];
-                for k in j + 1..series.n {
-                    last += series.cubic[at] * sigma[k];
-                    at += 1;
+                for k in j + 1..n {
+                    let set = 1 << i | 1 << j | 1 << k;
+                    let with_fourth: f64 = (k + 1..n).map(|l| products[set | 1 << l] * sigma[l]).sum();
+                    last += (products[set] + with_fourth) * sigma[k];
                 }
                 sum += sigma[i] * sigma[j] * last;
             }
@@ -291,37 +294,16 @@ impl Folded<'_> {
     /// corners are enough.
     pub fn least_at_corners(&self, N: &Matrix, s: &[f64; MAX_JOINTS]) -> f64 {
         let (n, series) = (self.series.n, self.series);
-        let mut least = f64::INFINITY;
-        // Blocks of corners that differ in the first joints only are summed side by side.
-        let n_lanes = N_LANE_BITS.min(n);
-        for signs in 0..1_usize << (n - n_lanes) {
-            let mut sign = [[1.0; 1 << N_LANE_BITS]; MAX_JOINTS];
-            for (i, of_joint) in sign.iter_mut().enumerate() {
-                for (lane, sign) in of_joint.iter_mut().enumerate() {
-                    let bits = if i < n_lanes { lane >> i } else { signs >> (i - n_lanes) };
-                    *sign = if bits & 1 == 1 { -1.0 } else { 1.0 };
-                }
+        let mut values = series.products;
+        for i in 0..n {
+            values[1 << i] = s[i];
+            for j in i + 1..n {
+                values[1 << i | 1 << j] = -N[i][j];
             }
-            let (mut sum, mut at) = ([0.0; 1 << N_LANE_BITS], 0);
-            for i in 0..n {
-                let mut of_i = [s[i]; 1 << N_LANE_BITS];
-                for j in i + 1..n {
-                    let mut last = [-N[i][j]; 1 << N_LANE_BITS];
-                    for k in j + 1..n {
-                        let cubic = series.cubic[at];
-                        at += 1;
-                        last.iter_mut().zip(&sign[k]).for_each(|(last, sign)| *last += sign * cubic);
-                    }
-                    for ((of_i, sign), last) in of_i.iter_mut().zip(&sign[j]).zip(&last) {
-                        *of_i += sign * last;
-                    }
-                }
-                for ((sum, sign), of_i) in sum.iter_mut().zip(&sign[i]).zip(&of_i) {
-                    *sum += sign * of_i;
-                }
-            }
-            least = sum.iter().fold(least, |least, &sum| least.min(sum));
         }
+        let values = &mut values[..1 << n];
+        at_corners(values);
+        let least = values.iter().fold(f64::INFINITY, |least, &value| least.min(value));
         let diagonal: f64 = (0..n).map(|i| N[i][i] + self.kept[i]).sum();
         least - 0.5 * diagonal - self.rest - series.rounding
     }
@@ -344,14 +326,19 @@ impl Folded<'_> {
     }
 }
 
-/// Pairs of n things.
-pub fn pairs(n: usize) -> usize {
-    n * n.saturating_sub(1) / 2
-}
-
-/// Triples of n things.
-pub fn triples(n: usize) -> usize {
-    n * n.saturating_sub(1) * n.saturating_sub(2) / 6
+/// From the coefficients of a polynomial linear in each variable, by the set of its variables, to its values at the corners
+/// of [-1, 1]ⁿ, by the set of variables that are −1: a Walsh–Hadamard transform.
+fn at_corners(values: &mut [f64]) {
+    let mut half = 1;
+    while half < values.len() {
+        for block in values.chunks_exact_mut(2 * half) {
+            let (plus, minus) = block.split_at_mut(half);
+            for (plus, minus) in plus.iter_mut().zip(minus) {
+                (*plus, *minus) = (*plus + *minus, *plus - *minus);
+            }
+        }
+        half *= 2;
+    }
 }
 
 /// By the joints of a side.
@@ -400,8 +387,6 @@ fn eigen(A: &Matrix, n: usize) -> ([f64; MAX_JOINTS], Matrix) {
 const SECOND_GAIN: f64 = 0.375;
 /// A cell is wide for a series if the fifth order is this share of what it takes away.
 const WIDE_SHARE: f64 = 0.4;
-/// Corners of a cell that are summed side by side: 2 to this power.
-const N_LANE_BITS: usize = 3;
 /// Eigenvalues above the negative of this, metres, are left to the ε of N.
 const SMALLEST_CONCAVE: f64 = 0.1 * CONCAVE_ABSOLUTE;
 /// Steps after which the search for eigenvalues ends.

@@ -4,7 +4,7 @@ use super::random_scene::random_scene;
 use crate::{Candidate, CertifiedRegion, Certifier, CertifyOptions, CertifyOutcome, Purpose, recheck};
 use collision::CollisionChecker;
 use convex_sets::HPolyhedron;
-use ipc_types::artefact::{Cell, PairCertificate, PairProof, RegionCertificate, RowOrigin};
+use ipc_types::artefact::{Cell, PairCertificate, PairProof, RegionCertificate, RowOrigin, SweptRow};
 use nalgebra::DVector;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -126,8 +126,13 @@ fn a_corrupted_certificate_is_refused() {
                 assert!(check(&twin).is_err(), "row {row_idx}");
             }
         }
-        // A region that is larger than what was certified.
-        if region.n_cuts > 0 {
+        // A region that is larger than what was certified, where the proof leans on a cut.
+        let P = &candidate.polyhedron;
+        let is_of_candidate = |a: &[f64], b: f64| {
+            (0..P.n_faces()).any(|i| P.b[i] == b && P.A.row(i).iter().zip(a).all(|(x, y)| x == y))
+        };
+        let is_cut = |row: &SweptRow| !is_of_candidate(&row.a, row.b);
+        if region.certificate.rows.iter().any(is_cut) {
             assert!(recheck(&scene, &candidate.polyhedron, &region.certificate).is_err());
             n_corrupted += 1;
         }
