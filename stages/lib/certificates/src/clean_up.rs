@@ -99,20 +99,35 @@ pub fn clean_up(
             })
             .collect();
         let left: Vec<usize> = (0..models.len()).filter(|&idx| !is_done[idx]).collect();
-        let (rows_now, samples): (&Rows, &Guide) = (rows, guide);
-        let found = in_lanes(&left, on_threads, |&idx, program| {
-            least_gaps(models[idx], rows_now, samples, &vertices, task.limits, program)
-        });
-        for (idx, LeastGaps { share, ends }) in left.into_iter().zip(found) {
+        // Between few joints descents are quick, and each sees all cuts.
+        let mut found = Vec::new();
+        if many_joints {
+            let (rows_now, samples): (&Rows, &Guide) = (rows, guide);
+            found = in_lanes(&left, on_threads, |&idx, program| {
+                least_gaps(models[idx], rows_now, samples, &vertices, task.limits, program)
+            });
+        }
+        let mut found = found.into_iter();
+        for idx in left {
+            let LeastGaps { share, ends } = found.next().unwrap_or_else(|| {
+                least_gaps(models[idx], rows, guide, &vertices, task.limits, &mut program)
+            });
+            let n_rows_seen = if many_joints { n_rows_before } else { rows.len() };
             let model = models[idx];
+            let for_share = if model.corners.is_some() { for_share } else { LOSS_FOR_SHARE };
             let task = CleanUp { max_loss: max_loss.max(for_share * share).min(1.0), ..*task };
             let mut n_here = 0;
-            for (gap, q) in ends {
-                let is_left = |row: usize| rows.slack(row, &q) >= 0.0;
-                if gap <= task.nearest(model)
-                    && (n_rows_before..rows.len()).all(is_left)
-                    && cut(model, rows, guide, &task, &q)
-                {
+            for (start, mut gap, mut q) in ends {
+                let is_left = |q: &[f64]| (n_rows_seen..rows.len()).all(|row| rows.slack(row, q) >= 0.0);
+                if !is_left(&q) || (!many_joints && n_rows_seen < rows.len()) {
+                    // Something was cut since; descents from what it took away are not worth their time between many
+                    // joints.
+                    if many_joints && !is_left(&start) {
+                        continue;
+                    }
+                    (gap, q) = descend(model, rows, task.limits, &start, &mut program);
+                }
+                if gap <= task.nearest(model) && cut(model, rows, guide, &task, &q) {
                     n_here += 1;
                 }
             }
@@ -131,8 +146,8 @@ pub fn clean_up(
 struct LeastGaps {
     /// Share of the samples in collision.
     share: f64,
-    /// Gaps less clearance, metres, and configurations.
-    ends: Vec<(f64, Vec<f64>)>,
+    /// Where they began, gaps less clearance, metres, and configurations.
+    ends: Vec<(Vec<f64>, f64, Vec<f64>)>,
 }
 
 /// Descents from the samples with the least gaps, and from the `vertices` with small ones.
@@ -153,7 +168,10 @@ fn least_gaps(
     let near = vertices.iter().filter(|q| model.gap(q) < model.clearance + MAX_VERTEX_GAP);
     let ends = from_samples
         .chain(near.map(Vec::as_slice))
-        .map(|start| descend(model, rows, limits, start, program))
+        .map(|start| {
+            let (gap, q) = descend(model, rows, limits, start, program);
+            (start.to_vec(), gap, q)
+        })
         .collect();
     LeastGaps { share, ends }
 }
@@ -206,9 +224,11 @@ fn descend(
 
 /// Cuts the collision at `x` off; whether that was allowed.
 pub fn cut(model: &PairModel, rows: &mut Rows, guide: &mut Guide, task: &CleanUp<'_>, x: &[f64]) -> bool {
+    // A face with little room costs less, but must leave clearly more than there is at x, or it is made again and again.
+    let enough = ROOM.max((model.gap(x) - model.clearance) / NEAR_SHARE);
     let with_room =
-        model.corners.is_some() && task.room > ROOM && cut_with(model, rows, guide, task, x, task.room);
-    with_room || cut_with(model, rows, guide, task, x, ROOM)
+        model.corners.is_some() && task.room > enough && cut_with(model, rows, guide, task, x, task.room);
+    with_room || (enough <= task.room.max(ROOM) && cut_with(model, rows, guide, task, x, enough))
 }
 
 fn cut_with(
@@ -219,10 +239,6 @@ fn cut_with(
     x: &[f64],
     room: f64,
 ) -> bool {
-    // Faces beyond which there is hardly more room than at x would be made again and again.
-    if model.gap(x) > model.clearance + NEAR_SHARE * room {
-        return false;
-    }
     let mut candidates: Vec<(Vec<f64>, f64)> = Vec::new();
     // The half-space of the gap to first order, at the contact that lies straight uphill.
     let mut contact = x.to_vec();
@@ -256,7 +272,7 @@ fn cut_with(
     if model.corners.is_some() {
         candidates.extend(tangents_towards_samples(model, guide, x, enough));
     }
-    // The loss is known to a sample: of cuts that lose the same, the one that cuts deepest.
+    // The loss is known to a sample: of cuts that lose the same, between many joints the one that cuts deepest.
     let mut best: Option<(f64, f64, usize)> = None;
     for (position, (a, b)) in candidates.iter().enumerate() {
         let most = best.map_or(task.max_loss, |(loss, ..)| loss);
@@ -264,7 +280,9 @@ fn cut_with(
         if depth > 0.0
             && (task.may_cut)(a, *b)
             && let Some(loss) = guide.loss(a, *b, most)
-            && best.is_none_or(|(least, deepest, _)| loss < least || (loss == least && depth > deepest))
+            && best.is_none_or(|(least, deepest, _)| {
+                loss < least || (loss == least && depth > deepest && model.corners.is_some())
+            })
         {
             best = Some((loss, depth, position));
         }
