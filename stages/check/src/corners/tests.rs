@@ -298,6 +298,11 @@ fn a_second_order_that_stays_concave_is_refused() {
     assert_eq!(series.by_tangent(&[0.0, 0.0], &[0.1001], &[0.0]), None);
     assert_eq!(series.by_tangent(&[f32::NAN], &[0.1001], &[0.0]), None);
     assert_eq!(series.by_tangent(&[0.0], &[0.1, 0.1, f32::INFINITY], &[0.0]), None);
+    // Slopes that are no numbers bound nothing: a verifier demands more than the clearance.
+    for slope in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+        let bound = series.by_tangent(&[0.0], &[0.1001], &[slope]);
+        assert!(!bound.is_some_and(|bound| bound > f64::NEG_INFINITY), "{bound:?}");
+    }
 }
 
 /// Every corner summed term by term.
