@@ -452,6 +452,6 @@ const MAX_NORMALS: usize = 4;
 /// Normals closer than this are the same.
 const SAME_NORMAL: f64 = 1e-3;
 /// Tangents that are tried for a corner, each while what is missing is less than so many times what is to be had, as far as
-/// was seen. On three regions of an arm each lets nine in ten of the corners pass that hold in the end, and stops half to
-/// four in five of the others.
+/// was seen. On three regions of an arm each lets about nine in ten of the corners pass that hold in the end, and stops half
+/// to four in five of the others.
 const HOPES: [f64; 8] = [2.0, 1.3, 0.85, 0.55, 0.36, 0.23, 0.15, 0.1];

@@ -170,7 +170,7 @@ mod tests {
     use rand_chacha::ChaCha8Rng;
     use std::path::Path;
 
-    /// Searches the first pairs of the gripper beside the top shelf that need many cells.
+    /// Searches the pairs that meet in a box beside the top shelf, but not at its centre.
     fn searched(
         max_cells: u64,
         n_threads: usize,
