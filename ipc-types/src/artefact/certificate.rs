@@ -155,27 +155,44 @@ pub enum Cell {
         frame: u16,
         /// As in `Separated`.
         normal: [f64; 3],
-        /// Corners that need multipliers or a tangent, by their numbers.
-        near: Vec<NearCorner>,
+        /// Corners that need multipliers or a tangent; of entries that name the same one the last counts.
+        near: Vec<NearCorners>,
         /// Multipliers as in `Separated`, those of the first of `near` first.
         multipliers: Vec<(u32, f64)>,
     },
 }
 
-/// A corner that comes near the plane of a cell.
+/// Corners that come near the plane of a cell and stay beyond it with the same tangent and multipliers.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct NearCorner {
-    /// Number of the corner. Of a box: bit 0 set for +x, bit 1 for +y, bit 2 for +z. Of a capsule: 0 for +z, 1 for −z.
-    pub corner: u8,
-    /// How many of the cell's multipliers are this corner's.
+pub struct NearCorners {
+    /// How many of the cell's multipliers are these corners'.
     pub n_multipliers: u16,
-    /// τ by the joints from the frame outwards; empty: ½ σᵀ Ĥ σ + C(σ) is bounded by the sizes of its coefficients.
+    /// τ by the joints from the frame outwards; not used where no concave part is given.
     pub tangent: Vec<f32>,
-    /// Vectors w by the joints, one after the other: N = Σ w wᵀ + ε 1, ε = [`CONCAVE_ABSOLUTE`] + [`CONCAVE_SHARE`] Σ |w|².
-    pub concave: Vec<f32>,
+    /// The corners.
+    pub bounds: Vec<CornersBound>,
 }
 
-/// Of N in [`NearCorner`], metres: leaves room for rounding.
+/// Corners of which the second order is bounded in the same way.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct CornersBound {
+    /// The corners, bit k for number k. Numbers of a box: bit 0 set for +x, bit 1 for +y, bit 2 for +z. Of a capsule: 0 for
+    /// +z, 1 for −z.
+    pub corners: u8,
+    /// Vectors w by the joints, one after the other: N = Σ w wᵀ + ε 1, ε = [`CONCAVE_ABSOLUTE`] + [`CONCAVE_SHARE`] Σ |w|².
+    /// None: ½ σᵀ Ĥ σ + C(σ) is bounded by the sizes of its coefficients, no square is kept and τ is not used.
+    pub concave: Option<Vec<f32>>,
+}
+
+impl CornersBound {
+    /// Numbers of the corners, ascending.
+    pub fn numbers(&self) -> impl Iterator<Item = usize> + use<> {
+        let corners = self.corners;
+        (0..8).filter(move |number| corners >> number & 1 == 1)
+    }
+}
+
+/// Of N in [`CornersBound`], metres: leaves room for rounding.
 pub const CONCAVE_ABSOLUTE: f64 = 1e-9;
-/// Of N in [`NearCorner`]: leaves room for the rounding of the vectors.
+/// Of N in [`CornersBound`]: leaves room for the rounding of the vectors.
 pub const CONCAVE_SHARE: f64 = 1e-6;

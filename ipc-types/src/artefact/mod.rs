@@ -11,8 +11,8 @@ mod trajectory;
 mod trajectory_csv;
 
 pub use certificate::{
-    CONCAVE_ABSOLUTE, CONCAVE_SHARE, Cell, CertificatesFile, FrameChoice, NearCorner, PairCertificate,
-    PairProof, RegionCertificate, RowOrigin, SweptProof, SweptRow,
+    CONCAVE_ABSOLUTE, CONCAVE_SHARE, Cell, CertificatesFile, CornersBound, FrameChoice, NearCorners,
+    PairCertificate, PairProof, RegionCertificate, RowOrigin, SweptProof, SweptRow,
 };
 pub use cuts::{CutsFile, LeafCut};
 pub use path_certificate::{Attachment, CertifiedPiece, PathCertificateFile, PathPair, SeparatedInterval};

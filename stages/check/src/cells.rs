@@ -8,7 +8,7 @@ use crate::corners;
 use crate::interval::{self, Interval};
 use crate::net::Net;
 use crate::swept::Extent;
-use ipc_types::artefact::{Cell, FrameChoice, NearCorner, PairCertificate, SweptProof, SweptRow};
+use ipc_types::artefact::{Cell, FrameChoice, NearCorners, PairCertificate, SweptProof, SweptRow};
 use scene::{Scene, Shape};
 
 /// Why the certificate of a pair does not prove what it claims.
@@ -200,12 +200,17 @@ struct CornerLeaf<'a> {
     cell_idx: usize,
     frame_idx: usize,
     normal: &'a [f64; 3],
-    near: &'a [NearCorner],
+    near: &'a [NearCorners],
     multipliers: &'a [(u32, f64)],
 }
 
-/// What a leaf says of a corner, and its multipliers.
-type CornerProof<'a> = (&'a NearCorner, &'a [(u32, f64)]);
+/// What a leaf says of a corner.
+#[derive(Clone, Copy, Default)]
+struct CornerProof<'a> {
+    /// τ and w; `None`: the corner is bounded by sizes.
+    tangent: Option<(&'a [f32], &'a [f32])>,
+    multipliers: &'a [(u32, f64)],
+}
 
 /// Verifies that each corner of the moving body stays beyond the plane of the leaf.
 fn corners_apart(
@@ -240,34 +245,37 @@ fn corners_apart(
     let against = against.ok_or_else(|| refuse("the body at rest is not bounded"))?;
     let offset = Interval::point(against.lo()) - norm * radius;
     let needed = (norm * Interval::point(clearance)).hi().max(0.0);
-    let mut proofs: Vec<Option<CornerProof<'_>>> = vec![None; n_corners];
+    let mut proofs = vec![CornerProof::default(); n_corners];
     let mut left = leaf.multipliers;
-    for corner in leaf.near {
+    for near in leaf.near {
         let (own, others) = left
-            .split_at_checked(usize::from(corner.n_multipliers))
+            .split_at_checked(usize::from(near.n_multipliers))
             .ok_or_else(|| refuse("it has too few multipliers"))?;
         left = others;
-        let place = proofs
-            .get_mut(usize::from(corner.corner))
-            .ok_or_else(|| refuse("it names a corner that the body does not have"))?;
-        *place = Some((corner, own));
+        for bound in &near.bounds {
+            let tangent = bound.concave.as_deref().map(|concave| (&near.tangent[..], concave));
+            for corner in bound.numbers() {
+                let place = proofs
+                    .get_mut(corner)
+                    .ok_or_else(|| refuse("it names a corner that the body does not have"))?;
+                *place = CornerProof { tangent, multipliers: own };
+            }
+        }
     }
-    for (corner_idx, proof) in proofs.iter().enumerate() {
+    for (corner_idx, CornerProof { tangent, multipliers }) in proofs.into_iter().enumerate() {
         let series = at.series(corner_idx).ok_or_else(|| refuse("the body that moves has no corners"))?;
-        let tangent = proof.map_or(&[][..], |(corner, _)| &corner.tangent);
-        let multipliers = proof.map_or(&[][..], |(_, multipliers)| multipliers);
-        let folded = series.fold(tangent);
+        let folded = series.fold(tangent.map_or(&[], |(tau, _)| tau));
         let mut g = vec![0.0; lower.len()];
         at.coordinates.iter().zip(folded.slopes_by_joints()).for_each(|(&j, value)| g[j] = value);
-        let beyond = match proof {
-            Some((corner, _)) if !tangent.is_empty() => {
+        let beyond = match tangent {
+            Some((tau, concave)) => {
                 let (slopes, constant) =
                     row_slopes(cell_idx, &g, multipliers, rows, &at.coordinates, lower, upper, &extent)?;
-                let bound = folded.by_tangent(tangent, &corner.concave, &slopes);
+                let bound = folded.by_tangent(tau, concave, &slopes);
                 let bound = bound.ok_or_else(|| refuse("N does not make the second order convex"))?;
                 Interval::point(bound) + Interval::point(constant)
             }
-            _ => {
+            None => {
                 let bound = row_bound(cell_idx, &g, multipliers, rows, lower, upper, &extent)?;
                 Interval::point(bound) - Interval::point(folded.by_sizes()) - Interval::point(series.rounding)
             }

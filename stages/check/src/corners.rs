@@ -85,7 +85,7 @@ fn mid_matrix(M: &Mat3) -> [V; 3] {
     std::array::from_fn(|i| mid3(&M[i]))
 }
 
-/// Corner `corner` of the core of `shape` in its frame, as `ipc_types::artefact::NearCorner` numbers them.
+/// Corner `corner` of the core of `shape` in its frame, as `ipc_types::artefact::CornersBound` numbers them.
 fn corner_of(shape: &Shape, corner: usize) -> Option<V> {
     let sign = |bit: usize| if corner >> bit & 1 == 1 { 1.0 } else { -1.0 };
     match shape {

@@ -5,11 +5,16 @@ use crate::corner_bound::JointsAt;
 use crate::corner_series::{MAX_JOINTS, concave_matrix, kept_squares};
 use crate::pair_model::PairModel;
 use crate::rows::Rows;
-use ipc_types::artefact::NearCorner;
+use ipc_types::artefact::NearCorners;
 use nalgebra::Vector3;
 
-/// What a leaf says of a corner, and its multipliers.
-type OwnProof<'a> = (&'a NearCorner, &'a [(u32, f64)]);
+/// What a leaf says of a corner.
+#[derive(Clone, Copy, Default)]
+struct OwnProof<'a> {
+    /// τ and w; `None`: the corner is bounded by sizes.
+    tangent: Option<(&'a [f32], &'a [f32])>,
+    multipliers: &'a [(u32, f64)],
+}
 
 /// The contents of `ipc_types::artefact::Cell::Corners`.
 pub struct CornerLeaf<'a> {
@@ -18,7 +23,7 @@ pub struct CornerLeaf<'a> {
     /// Normal.
     pub normal: &'a [f64; 3],
     /// Corners that need multipliers or a tangent.
-    pub near: &'a [NearCorner],
+    pub near: &'a [NearCorners],
     /// Their multipliers; they name rows that exist.
     pub multipliers: &'a [(u32, f64)],
 }
@@ -39,36 +44,37 @@ impl CornerLeaf<'_> {
         let offset = -(r.dot(&rest.p_tail) + support) - model.radius;
         let joints = JointsAt::new(model, pair, cell);
         let at_normal = joints.with_normal(&r);
-        let mut own: Vec<Option<OwnProof<'_>>> = vec![None; pair.corners.len()];
+        let mut own = vec![OwnProof::default(); pair.corners.len()];
         let mut left = self.multipliers;
-        for corner in self.near {
-            let (Some((multipliers, others)), Some(place)) = (
-                left.split_at_checked(usize::from(corner.n_multipliers)),
-                own.get_mut(usize::from(corner.corner)),
-            ) else {
+        for near in self.near {
+            let Some((multipliers, others)) = left.split_at_checked(usize::from(near.n_multipliers)) else {
                 return f64::NEG_INFINITY;
             };
-            (*place, left) = (Some((corner, multipliers)), others);
+            left = others;
+            for bound in &near.bounds {
+                let tangent = bound.concave.as_deref().map(|concave| (&near.tangent[..], concave));
+                for corner in bound.numbers() {
+                    let Some(place) = own.get_mut(corner) else { return f64::NEG_INFINITY };
+                    *place = OwnProof { tangent, multipliers };
+                }
+            }
         }
         let mut least = f64::INFINITY;
-        for (x, own) in pair.corners.iter().zip(own) {
+        for (x, OwnProof { tangent, multipliers }) in pair.corners.iter().zip(own) {
             let series = at_normal.series(x);
-            let multipliers = own.map_or(&[][..], |(_, multipliers)| multipliers);
-            let tangent = own.map_or(&[][..], |(corner, _)| &corner.tangent);
-            let concave = own.map_or(&[][..], |(corner, _)| &corner.concave);
             let n = side.steps.len();
             let joints_of = |values: &[f32]| -> [f32; MAX_JOINTS] {
                 std::array::from_fn(|k| values.get(k).copied().unwrap_or(0.0))
             };
-            let tau = joints_of(tangent);
+            let tau = joints_of(tangent.map_or(&[], |(tau, _)| tau));
             let folded = series.fold(kept_squares(&tau));
             let first = folded.value() + offset;
             let mut g = vec![0.0; cell.lower.len()];
             side.steps.iter().zip(folded.by_joints()).for_each(|(step, value)| g[step.coordinate] = value);
-            if tangent.is_empty() {
+            let Some((tangent, concave)) = tangent else {
                 least = least.min(first - folded.crude() + rows.bound(cell, &g, multipliers));
                 continue;
-            }
+            };
             if tangent.len() != n || !concave.len().is_multiple_of(n) {
                 return f64::NEG_INFINITY;
             }

@@ -8,7 +8,7 @@ use crate::pair_model::{PairModel, Tangent};
 use crate::row_program::{Active, RowProgram};
 use crate::rows::{Multipliers, RowBound, Rows};
 use crate::separating_normal::{PlacedCore, shortest_difference_of_hull};
-use ipc_types::artefact::{Cell, NearCorner};
+use ipc_types::artefact::{Cell, CornersBound, NearCorners};
 use nalgebra::Vector3;
 use std::rc::Rc;
 
@@ -78,12 +78,31 @@ pub struct CornerTask<'a> {
     pub seen: &'a [Rc<Seen>],
 }
 
-/// The part of a leaf that proves a corner apart.
-struct CornerProof {
-    corner: usize,
-    /// τ and w.
-    tangent: Option<([f32; MAX_JOINTS], Vec<[f32; MAX_JOINTS]>)>,
+/// The part of a leaf that proves corners apart.
+struct CornersProof {
+    /// τ.
+    tangent: Option<[f32; MAX_JOINTS]>,
     multipliers: Multipliers,
+    /// Corners, bit k for corner k, and w where the tangent is used.
+    bounds: Vec<(u8, Option<Vec<[f32; MAX_JOINTS]>>)>,
+}
+
+impl CornersProof {
+    fn by_sizes(corner: usize, multipliers: Multipliers) -> Self {
+        Self { tangent: None, multipliers, bounds: vec![(1 << corner, None)] }
+    }
+
+    /// The last w, with its τ.
+    fn concave(&self) -> Option<([f32; MAX_JOINTS], &Vec<[f32; MAX_JOINTS]>)> {
+        Some((self.tangent?, self.bounds.iter().rev().find_map(|(_, w)| w.as_ref())?))
+    }
+
+    fn add(&mut self, corner: usize, w: Option<Vec<[f32; MAX_JOINTS]>>) {
+        match self.bounds.iter_mut().find(|(_, other)| *other == w) {
+            Some((corners, _)) => *corners |= 1 << corner,
+            None => self.bounds.push((1 << corner, w)),
+        }
+    }
 }
 
 impl CornerTask<'_> {
@@ -198,7 +217,7 @@ impl CornerTask<'_> {
         }
         // The lowest first: one that fails is enough.
         near.sort_by(|x, y| x.0.total_cmp(&y.0).then(x.1.cmp(&y.1)));
-        let mut proofs: Vec<CornerProof> = Vec::with_capacity(near.len());
+        let mut proofs: Vec<CornersProof> = Vec::with_capacity(near.len());
         for (_, corner) in near {
             let series = at_normal.series(&self.pair.corners[corner]);
             let folded = series.fold(0);
@@ -210,24 +229,19 @@ impl CornerTask<'_> {
             let mut g = vec![0.0; cell.lower.len()];
             side.steps.iter().zip(folded.by_joints()).for_each(|(step, value)| g[step.coordinate] = value);
             // Corners lie close together: what bounds one often bounds the next as well.
-            if let Some(CornerProof { multipliers, .. }) = proofs.last() {
-                let bound = self.rows.bound(cell, &g, multipliers);
+            if let Some(last) = proofs.last_mut() {
+                let bound = self.rows.bound(cell, &g, &last.multipliers);
                 if first - folded.crude() + bound > demand {
-                    proofs.push(CornerProof { corner, tangent: None, multipliers: multipliers.clone() });
+                    last.add(corner, None);
                     continue;
                 }
-            }
-            if let Some(CornerProof { tangent: Some((tau, w)), multipliers, .. }) = proofs.last() {
-                let at = self.tangent_at(cell, &series, offset, tau, Some(w));
-                let bound = self.rows.bound(cell, &at.g, multipliers);
-                if self.least(cell, &at, bound, multipliers) > demand {
-                    let proof = CornerProof {
-                        corner,
-                        tangent: Some((*tau, at.concave.w)),
-                        multipliers: multipliers.clone(),
-                    };
-                    proofs.push(proof);
-                    continue;
+                if let Some((tau, w)) = last.concave() {
+                    let at = self.tangent_at(cell, &series, offset, &tau, Some(w));
+                    let bound = self.rows.bound(cell, &at.g, &last.multipliers);
+                    if self.least(cell, &at, bound, &last.multipliers) > demand {
+                        last.add(corner, Some(at.concave.w));
+                        continue;
+                    }
                 }
             }
             let (bound, multipliers) =
@@ -238,7 +252,7 @@ impl CornerTask<'_> {
             *start = program.basis();
             let mut kappa = first - folded.crude();
             if kappa + bound > demand {
-                proofs.push(CornerProof { corner, tangent: None, multipliers });
+                proofs.push(CornersProof::by_sizes(corner, multipliers));
                 continue;
             }
             let at = program.point(cell);
@@ -247,8 +261,9 @@ impl CornerTask<'_> {
             near_planes.push(at.clone());
             match self.by_tangents(program, cell, &least, start, near_planes) {
                 Tangents::Empty(multipliers) => return CornerAnswer::Closed(Cell::Empty { multipliers }),
-                Tangents::Apart(tangent, multipliers) => {
-                    proofs.push(CornerProof { corner, tangent: Some(tangent), multipliers });
+                Tangents::Apart((tau, w), multipliers) => {
+                    let bounds = vec![(1 << corner, Some(w))];
+                    proofs.push(CornersProof { tangent: Some(tau), multipliers, bounds });
                     continue;
                 }
                 Tangents::Open(without_tangent) => kappa = kappa.max(without_tangent),
@@ -371,17 +386,18 @@ impl CornerTask<'_> {
         at.value + bound + spread + at.folded.least_at_corners(&at.concave.N, &s)
     }
 
-    fn leaf(&self, n: &Vector3<f64>, proofs: &[CornerProof]) -> Cell {
+    fn leaf(&self, n: &Vector3<f64>, proofs: &[CornersProof]) -> Cell {
         let n_joints = self.model.frames[self.pair.frame_idx].sides[self.pair.moving].steps.len();
-        let near = proofs.iter().map(|proof| {
-            let (tangent, concave) = match &proof.tangent {
-                Some((tau, w)) => {
-                    (tau[..n_joints].to_vec(), w.iter().flat_map(|w| w[..n_joints].iter().copied()).collect())
-                }
-                None => (Vec::new(), Vec::new()),
-            };
-            let n_multipliers = proof.multipliers.len() as u16;
-            NearCorner { corner: proof.corner as u8, n_multipliers, tangent, concave }
+        let of_joints = |values: &[f32; MAX_JOINTS]| values[..n_joints].to_vec();
+        let near = proofs.iter().map(|proof| NearCorners {
+            n_multipliers: proof.multipliers.len() as u16,
+            tangent: proof.tangent.as_ref().map(of_joints).unwrap_or_default(),
+            bounds: (proof.bounds.iter())
+                .map(|(corners, w)| {
+                    let concave = w.as_ref().map(|w| w.iter().flat_map(of_joints).collect());
+                    CornersBound { corners: *corners, concave }
+                })
+                .collect(),
         });
         Cell::Corners {
             frame: self.pair.frame_idx as u16,

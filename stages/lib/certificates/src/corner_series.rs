@@ -352,7 +352,7 @@ pub struct Concave {
     pub N: Matrix,
 }
 
-/// N = Σ w wᵀ + ε 1, as `ipc_types::artefact::NearCorner` has it.
+/// N = Σ w wᵀ + ε 1, as `ipc_types::artefact::CornersBound` has it.
 pub fn concave_matrix(w: &[[f32; MAX_JOINTS]], n: usize) -> Matrix {
     let mut N = [[0.0; MAX_JOINTS]; MAX_JOINTS];
     let mut size = 0.0;
