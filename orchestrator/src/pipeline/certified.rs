@@ -8,7 +8,9 @@ use ipc_types::join::{join_certified, write_certified};
 use ipc_types::status::Status;
 use ipc_types::store::{read_json, write_at_once, write_json};
 use ipc_types::{Digest, hexadecimal};
+use serde_json::Value;
 use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
 use std::path::Path;
 
 /// Joins the parts into `regions.*` and `certificates.bin`: sorted by id, so the same bytes with any number of workers.
@@ -47,7 +49,7 @@ pub fn write_uncertified(
         excluded_pairs: Vec::new(),
         task: None,
         seed: 0,
-        options: serde_json::Value::Null,
+        options: Value::Null,
         details: BTreeMap::new(),
     };
     write_json(folder, "status", &status)?;
@@ -55,7 +57,7 @@ pub fn write_uncertified(
 }
 
 /// Joins what each worker says of itself into one `status.json` and one `spans.jsonl`. Numbers among the details are
-/// added.
+/// added, lists joined; what is said of candidates is in the order of their ids, whichever worker had them.
 pub fn join_statuses(folder: &Path, n_workers: u32, seconds: f64, queue: &WorkQueue) -> Result<(), Failure> {
     let mut joined: Option<Status> = None;
     let mut spans = Vec::new();
@@ -76,6 +78,9 @@ pub fn join_statuses(folder: &Path, n_workers: u32, seconds: f64, queue: &WorkQu
     }
     if let Some(mut status) = joined {
         status.seconds = seconds;
+        if let Some(Value::Array(candidates)) = status.details.get_mut("candidates") {
+            candidates.sort_by_key(|account| account["candidate"].as_u64());
+        }
         if status.outcome == ExitCode::Done {
             status.reason = format!(
                 "{} of {} candidates gave {} certified regions",
@@ -98,18 +103,25 @@ fn add(mut sum: Status, other: Status) -> Status {
         (sum.outcome, sum.reason) = (other.outcome, other.reason);
     }
     for (key, value) in other.details {
-        let added = match (sum.details.get(&key), &value) {
-            (Some(a), b) if a.is_u64() && b.is_u64() => {
-                a.as_u64().zip(b.as_u64()).and_then(|(a, b)| a.checked_add(b)).map(serde_json::Value::from)
+        match sum.details.entry(key) {
+            Entry::Vacant(place) => {
+                place.insert(value);
             }
-            (Some(a), b) => a.as_f64().zip(b.as_f64()).map(|(a, b)| serde_json::Value::from(a + b)),
-            (None, _) => Some(value),
-        };
-        if let Some(added) = added {
-            sum.details.insert(key, added);
+            Entry::Occupied(mut place) => add_detail(place.get_mut(), &value),
         }
     }
     sum
+}
+
+/// Numbers are added, lists joined; of anything else the first stays.
+fn add_detail(sum: &mut Value, other: &Value) {
+    if let (Value::Array(sum), Value::Array(other)) = (&mut *sum, other) {
+        sum.extend_from_slice(other);
+    } else if let Some(added) = sum.as_u64().zip(other.as_u64()).and_then(|(a, b)| a.checked_add(b)) {
+        *sum = added.into();
+    } else if let Some((a, b)) = sum.as_f64().zip(other.as_f64()) {
+        *sum = (a + b).into();
+    }
 }
 
 #[cfg(test)]
@@ -146,13 +158,18 @@ mod tests {
         status.solver_calls = 5;
         status.processes = 1;
         status.details.insert("cells".into(), 7.into());
-        for worker in 0..2 {
+        for (worker, candidates) in [[1, 4], [3, 2]].into_iter().enumerate() {
+            let accounts = candidates.map(|id| serde_json::json!({ "candidate": id, "cells": 10 * id }));
+            status.details.insert("candidates".into(), accounts.to_vec().into());
             write_json(folder.path(), &format!("status-{worker}"), &status).unwrap();
         }
         join_statuses(folder.path(), 2, 1.5, &WorkQueue::default()).unwrap();
         let joined: Status = read_json(&folder.path().join("status.json")).unwrap();
         assert_eq!((joined.solver_calls, joined.processes, joined.seconds), (10, 2, 1.5));
         assert_eq!(joined.details["cells"], 14);
+        let candidates = joined.details["candidates"].as_array().unwrap().iter();
+        let of: Vec<_> = candidates.map(|account| account["candidate"].as_u64().unwrap()).collect();
+        assert_eq!(of, [1, 2, 3, 4]);
         assert!(!folder.path().join("status-0.json").exists());
     }
 }
