@@ -158,18 +158,16 @@ mod tests {
         status.solver_calls = 5;
         status.processes = 1;
         status.details.insert("cells".into(), 7.into());
+        let account = |id: u64| serde_json::json!({ "candidate": id, "cells": 10 * id });
         for (worker, candidates) in [[1, 4], [3, 2]].into_iter().enumerate() {
-            let accounts = candidates.map(|id| serde_json::json!({ "candidate": id, "cells": 10 * id }));
-            status.details.insert("candidates".into(), accounts.to_vec().into());
+            status.details.insert("candidates".into(), candidates.map(account).to_vec().into());
             write_json(folder.path(), &format!("status-{worker}"), &status).unwrap();
         }
         join_statuses(folder.path(), 2, 1.5, &WorkQueue::default()).unwrap();
         let joined: Status = read_json(&folder.path().join("status.json")).unwrap();
         assert_eq!((joined.solver_calls, joined.processes, joined.seconds), (10, 2, 1.5));
         assert_eq!(joined.details["cells"], 14);
-        let candidates = joined.details["candidates"].as_array().unwrap().iter();
-        let of: Vec<_> = candidates.map(|account| account["candidate"].as_u64().unwrap()).collect();
-        assert_eq!(of, [1, 2, 3, 4]);
+        assert_eq!(joined.details["candidates"], Value::from([1, 2, 3, 4].map(account).to_vec()));
         assert!(!folder.path().join("status-0.json").exists());
     }
 }
