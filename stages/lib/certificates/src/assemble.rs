@@ -69,7 +69,7 @@ pub fn assemble(
             Some(Origin::Implied(multipliers)) => RowOrigin::Implied(multipliers.clone()),
             None => RowOrigin::Implied(Vec::new()),
         };
-        swept_rows.push(SweptRow { a: rows.a[row].clone(), b: rows.b[row], origin });
+        swept_rows.push(SweptRow { a: rows.a(row).to_vec(), b: rows.b[row], origin });
     }
     let pairs = proofs
         .into_iter()
@@ -91,7 +91,7 @@ pub fn assemble(
         .collect();
     let (m, n) = (faces.len(), limits.lower.len());
     let polyhedron = HPolyhedron {
-        A: DMatrix::from_fn(m, n, |i, j| rows.a[faces[i].row][j]),
+        A: DMatrix::from_fn(m, n, |i, j| rows.a(faces[i].row)[j]),
         b: DVector::from_fn(m, |i, _| faces[i].b),
     };
     Assembled { polyhedron, rows: swept_rows, pairs }
@@ -113,9 +113,9 @@ enum Origin {
 /// The faces, without unused cuts and those that others imply, and for each row that is used why it holds on them.
 fn faces(rows: &Rows, n_base: usize, limits: &CellBox, is_used: &[bool]) -> (Vec<Face>, Vec<Option<Origin>>) {
     let is_limit = |row: usize| {
-        let mut entries = (0..limits.lower.len()).filter(|&j| rows.a[row][j] != 0.0);
+        let mut entries = (0..limits.lower.len()).filter(|&j| rows.a(row)[j] != 0.0);
         let (Some(j), None) = (entries.next(), entries.next()) else { return false };
-        let (a, b) = (rows.a[row][j], rows.b[row]);
+        let (a, b) = (rows.a(row)[j], rows.b[row]);
         if a > 0.0 { b == a * limits.upper[j] } else { b == a * limits.lower[j] }
     };
     // The faces to be: the region's, and the cuts that cells use, moved.
@@ -125,14 +125,14 @@ fn faces(rows: &Rows, n_base: usize, limits: &CellBox, is_used: &[bool]) -> (Vec
         (0..rows.len()).filter(|&row| row < n_base || is_used[row]).map(|row| row as u32).collect();
     let mut program = RowProgram::default();
     let mut implied = |faces: &[u32], row: usize| {
-        let minus_a: Vec<f64> = rows.a[row].iter().map(|a| -a).collect();
+        let minus_a: Vec<f64> = rows.a(row).iter().map(|a| -a).collect();
         let RowBound::Bound { value, multipliers } =
             moved.minimize_over(&mut program, faces, limits, &minus_a, f64::INFINITY)
         else {
             return None;
         };
         // −a·δ ≥ value, so a·q ≤ a·center − value.
-        let at_center: f64 = rows.a[row].iter().enumerate().map(|(j, a)| a * limits.center(j)).sum();
+        let at_center: f64 = rows.a(row).iter().enumerate().map(|(j, a)| a * limits.center(j)).sum();
         let size: f64 = multipliers.iter().map(|&(face, mu)| mu * (1.0 + moved.b[face as usize].abs())).sum();
         (at_center - value <= rows.b[row] - MARGIN_IMPLIED * (1.0 + size)).then_some(multipliers)
     };

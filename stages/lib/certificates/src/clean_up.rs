@@ -258,9 +258,9 @@ fn cut_with(
     let mut mean = vec![0.0; x.len()];
     for &row in rows.active() {
         if rows.slack(row as usize, x) < TOL_ACTIVE {
-            let a = &rows.a[row as usize];
+            let a = rows.a(row as usize);
             mean.iter_mut().zip(a).for_each(|(mean, a)| *mean += a);
-            candidates.push((a.clone(), dot(a, &free)));
+            candidates.push((a.to_vec(), dot(a, &free)));
         }
     }
     let norm = dot(&mean, &mean).sqrt();
@@ -290,7 +290,7 @@ fn cut_with(
     let Some((.., position)) = best else { return false };
     let (a, b) = candidates.swap_remove(position);
     guide.cut(&a, b);
-    rows.push(a, b, None);
+    rows.push(&a, b, None);
     true
 }
 

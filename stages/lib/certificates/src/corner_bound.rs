@@ -227,15 +227,14 @@ impl NormalAt<'_> {
     }
 
     /// The series of the corner at `corner` in the shape's frame.
-    pub fn series(&self, corner: &Vector3<f64>) -> Box<Series> {
+    pub fn series(&self, corner: &Vector3<f64>) -> Series {
         let joints = self.joints;
         let n = joints.n;
         let x = joints.p + joints.R * corner;
         let h = &joints.half;
         let (b, rho) = joints.levers(&x);
         let mut d = self.d.iter();
-        let mut series =
-            Box::new(Series::new(n, h, self.r.dot(&x), self.sizes(&rho)[5], self.rounding(corner)));
+        let mut series = Series::new(n, h, self.r.dot(&x), self.sizes(&rho)[5], self.rounding(corner));
         for (k, b) in b[..n].iter().enumerate() {
             series.add_first(k, self.r.dot(b) * h[k]);
         }

@@ -90,7 +90,7 @@ impl CornerLeaf<'_> {
             let mut s = [0.0; MAX_JOINTS];
             for (s, step) in s.iter_mut().zip(&side.steps) {
                 let j = step.coordinate;
-                let by_rows: f64 = multipliers.iter().map(|&(row, mu)| mu * rows.a[row as usize][j]).sum();
+                let by_rows: f64 = multipliers.iter().map(|&(row, mu)| mu * rows.a(row as usize)[j]).sum();
                 *s = (g[j] + by_rows) * cell.half(j);
             }
             let spread: f64 = s.iter().map(|s| s.abs()).sum();

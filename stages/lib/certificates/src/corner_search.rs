@@ -2,7 +2,7 @@
 
 use crate::cell::CellBox;
 use crate::corner_bound::{CornerPair, JointsAt};
-use crate::corner_series::{Concave, Folded, MAX_JOINTS, Series, concave_matrix, kept_squares};
+use crate::corner_series::{Concave, Folded, MAX_JOINTS, Series, kept_squares};
 use crate::normals::difference;
 use crate::pair_model::{PairModel, Tangent};
 use crate::row_program::{Active, RowProgram};
@@ -93,7 +93,7 @@ impl CornersProof {
     }
 
     /// The last w, with its τ.
-    fn concave(&self) -> Option<([f32; MAX_JOINTS], &Vec<[f32; MAX_JOINTS]>)> {
+    fn concave(&self) -> Option<([f32; MAX_JOINTS], &[[f32; MAX_JOINTS]])> {
         Some((self.tangent?, self.bounds.iter().rev().find_map(|(_, w)| w.as_ref())?))
     }
 
@@ -236,10 +236,11 @@ impl CornerTask<'_> {
                     continue;
                 }
                 if let Some((tau, w)) = last.concave() {
-                    let at = self.tangent_at(cell, &series, offset, &tau, Some(w));
+                    let parts = Parts::with(&series, kept_squares(&tau), w);
+                    let at = self.tangent_at(cell, &parts, offset, &tau);
                     let bound = self.rows.bound(cell, &at.g, &last.multipliers);
-                    if self.least(cell, &at, bound, &last.multipliers) > demand {
-                        last.add(corner, Some(at.concave.w));
+                    if self.least(cell, &parts, &at, bound, &last.multipliers) > demand {
+                        last.add(corner, Some(parts.concave.w));
                         continue;
                     }
                 }
@@ -278,7 +279,7 @@ impl CornerTask<'_> {
                 nearest: (at, f64::NAN),
                 witnesses: Vec::new(),
                 seen: Vec::new(),
-                series,
+                series: Box::new(series),
             }));
         }
         CornerAnswer::Closed(self.leaf(n, &proofs))
@@ -314,27 +315,36 @@ impl CornerTask<'_> {
             return Tangents::Open(f64::NEG_INFINITY);
         }
         let center = [0.0; MAX_JOINTS];
-        let at_center = self.tangent_at(cell, series, *offset, &center, None);
-        let mut best = self.least(cell, &at_center, corner.bound, corner.multipliers);
+        // By the squares that are kept, since the eigenvalues are the same.
+        let mut parts = vec![(0, Parts::new(series, 0))];
+        let of_none = &parts[0].1;
+        let at_center = self.tangent_at(cell, of_none, *offset, &center);
+        let mut best = self.least(cell, of_none, &at_center, corner.bound, corner.multipliers);
         if best > demand {
-            return Tangents::Apart((center, at_center.concave.w), corner.multipliers.clone());
+            return Tangents::Apart((center, of_none.concave.w.clone()), corner.multipliers.clone());
         }
         let without_tangent =
-            at_center.value + at_center.folded.least_at_corners(&at_center.concave.N, &[0.0; MAX_JOINTS]);
+            at_center.value + of_none.folded.least_at_corners(&of_none.concave.N, &[0.0; MAX_JOINTS]);
         for (nth, hope) in HOPES.into_iter().enumerate() {
             if demand - best > hope * most {
                 break;
             }
             let tau_there = tau.map(|sigma| sigma as f32);
-            let tangent = self.tangent_at(cell, series, *offset, &tau_there, None);
+            let kept = kept_squares(&tau_there);
+            let position = parts.iter().position(|&(of, _)| of == kept).unwrap_or_else(|| {
+                parts.push((kept, Parts::new(series, kept)));
+                parts.len() - 1
+            });
+            let parts = &parts[position].1;
+            let tangent = self.tangent_at(cell, parts, *offset, &tau_there);
             let answer = self.rows.minimize_loaded(program, cell, &tangent.g, start, f64::INFINITY);
             let (bound, multipliers) = match answer {
                 RowBound::Empty(multipliers) => return Tangents::Empty(multipliers),
                 RowBound::Bound { value, multipliers } => (value, multipliers),
             };
-            let least = self.least(cell, &tangent, bound, &multipliers);
+            let least = self.least(cell, parts, &tangent, bound, &multipliers);
             if least > demand {
-                return Tangents::Apart((tau_there, tangent.concave.w), multipliers);
+                return Tangents::Apart((tau_there, parts.concave.w.clone()), multipliers);
             }
             best = best.max(least);
             let there = program.point(cell);
@@ -347,22 +357,16 @@ impl CornerTask<'_> {
         Tangents::Open(without_tangent)
     }
 
-    /// The tangent at τ of the convex part of a corner's second order, once the concave part with the vectors `w` is taken
-    /// off, or with those of its negative eigenvalues where they are not given or not enough.
-    fn tangent_at<'s>(
+    /// The tangent at τ of the convex part of a corner's second order, for which `parts` keeps the squares.
+    fn tangent_at(
         &self,
         cell: &CellBox,
-        series: &'s Series,
+        parts: &Parts<'_>,
         offset: f64,
         tau: &[f32; MAX_JOINTS],
-        w: Option<&Vec<[f32; MAX_JOINTS]>>,
-    ) -> TangentAt<'s> {
+    ) -> TangentAt {
         let steps = &self.model.frames[self.pair.frame_idx].sides[self.pair.moving].steps;
-        let folded = series.fold(kept_squares(tau));
-        let concave = w
-            .map(|w| Concave { N: concave_matrix(w, steps.len()), w: w.clone() })
-            .filter(|concave| folded.is_convex_with(&concave.N))
-            .unwrap_or_else(|| folded.concave());
+        let Parts { folded, concave } = parts;
         let (slopes, constant) = folded.tangent(&concave.N, tau);
         let mut g = vec![0.0; cell.lower.len()];
         for (k, step) in steps.iter().enumerate() {
@@ -370,20 +374,27 @@ impl CornerTask<'_> {
                 (folded.slopes[k] + slopes[k]) / cell.half(step.coordinate).max(f64::MIN_POSITIVE);
         }
         let value = folded.value() + offset + constant;
-        TangentAt { folded, concave, g, value }
+        TangentAt { g, value }
     }
 
     /// What f stays above on cell ∩ region by a tangent; `bound` is that of its g·δ by `multipliers`.
-    fn least(&self, cell: &CellBox, at: &TangentAt<'_>, bound: f64, multipliers: &Multipliers) -> f64 {
+    fn least(
+        &self,
+        cell: &CellBox,
+        parts: &Parts<'_>,
+        at: &TangentAt,
+        bound: f64,
+        multipliers: &Multipliers,
+    ) -> f64 {
         let steps = &self.model.frames[self.pair.frame_idx].sides[self.pair.moving].steps;
         let mut s = [0.0; MAX_JOINTS];
         for (s, step) in s.iter_mut().zip(steps) {
             let j = step.coordinate;
-            let by_rows: f64 = multipliers.iter().map(|&(row, mu)| mu * self.rows.a[row as usize][j]).sum();
+            let by_rows: f64 = multipliers.iter().map(|&(row, mu)| mu * self.rows.a(row as usize)[j]).sum();
             *s = (at.g[j] + by_rows) * cell.half(j);
         }
         let spread: f64 = s.iter().map(|s| s.abs()).sum();
-        at.value + bound + spread + at.folded.least_at_corners(&at.concave.N, &s)
+        at.value + bound + spread + parts.folded.least_at_corners(&parts.concave.N, &s)
     }
 
     fn leaf(&self, n: &Vector3<f64>, proofs: &[CornersProof]) -> Cell {
@@ -439,10 +450,31 @@ enum Tangents {
     Open(f64),
 }
 
-/// A tangent to the convex part of a corner's second order.
-struct TangentAt<'a> {
+/// A corner's series with some squares kept, and the concave part of its second order.
+struct Parts<'a> {
     folded: Folded<'a>,
     concave: Concave,
+}
+
+impl<'a> Parts<'a> {
+    /// By negative eigenvalues.
+    fn new(series: &'a Series, kept: u8) -> Self {
+        let folded = series.fold(kept);
+        Self { concave: folded.concave(), folded }
+    }
+
+    /// By the vectors `w`, or by negative eigenvalues where these are not enough.
+    fn with(series: &'a Series, kept: u8, w: &[[f32; MAX_JOINTS]]) -> Self {
+        let folded = series.fold(kept);
+        let N = folded.concave_matrix(w);
+        let concave =
+            if folded.is_convex_with(&N) { Concave { N, w: w.to_vec() } } else { folded.concave() };
+        Self { concave, folded }
+    }
+}
+
+/// A tangent to the convex part of a corner's second order.
+struct TangentAt {
     /// Slopes of first order and tangent, by all coordinates.
     g: Vec<f64>,
     /// f(m), and what the tangent adds to it.

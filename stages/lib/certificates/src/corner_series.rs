@@ -258,6 +258,11 @@ impl Folded<'_> {
         Concave { N: concave_matrix(&w, n), w }
     }
 
+    /// N of the vectors `w`.
+    pub fn concave_matrix(&self, w: &[[f32; MAX_JOINTS]]) -> Matrix {
+        concave_matrix(w, self.series.n)
+    }
+
     /// Slopes of σᵀ (Ĥ + N) τ and −½ τᵀ (Ĥ + N) τ.
     pub fn tangent(&self, N: &Matrix, tau: &[f32; MAX_JOINTS]) -> ([f64; MAX_JOINTS], f64) {
         let n = self.series.n;

@@ -29,7 +29,7 @@ impl CutRegion {
             if !proof.is_reused {
                 self.guide.get_or_insert_with(guide).cut(a, *b);
             }
-            self.rows.push(a.clone(), *b, None);
+            self.rows.push(a, *b, None);
         }
         SharedProof { n_base, offset, proof }
     }

@@ -15,6 +15,10 @@ pub struct Stratum {
     points: Vec<f64>,
     n: usize,
     n_initial: usize,
+    /// Those of them that refused a cut of late, and the place of the next one: looked at first, since most cuts lose what
+    /// others would have lost.
+    refusing: Vec<f64>,
+    next: usize,
 }
 
 /// The samples of all sets.
@@ -44,9 +48,9 @@ impl Guide {
 
     /// The largest share of samples, of all that a stratum began with, that the cut a·q ≤ b loses; `None` if it is
     /// more than `most`.
-    pub fn loss(&self, a: &[f64], b: f64, most: f64) -> Option<f64> {
+    pub fn loss(&mut self, a: &[f64], b: f64, most: f64) -> Option<f64> {
         let mut largest = 0.0_f64;
-        for stratum in &self.strata {
+        for stratum in &mut self.strata {
             let n_initial = stratum.n_initial as f64;
             let n_lost = stratum.n_lost(a, b, (most * n_initial) as usize)?;
             largest = largest.max(n_lost as f64 / n_initial.max(1.0));
@@ -70,17 +74,8 @@ impl Guide {
     /// Removes the samples that the cut loses.
     pub fn cut(&mut self, a: &[f64], b: f64) {
         for stratum in &mut self.strata {
-            let (n, mut n_kept) = (stratum.n, 0);
-            for from in 0..stratum.points.len() / n.max(1) {
-                let range = from * n..(from + 1) * n;
-                if dot(a, &stratum.points[range.clone()]) <= b {
-                    if n_kept < from {
-                        stratum.points.copy_within(range, n_kept * n);
-                    }
-                    n_kept += 1;
-                }
-            }
-            stratum.points.truncate(n_kept * n);
+            keep_below(&mut stratum.points, stratum.n, a, b);
+            keep_below(&mut stratum.refusing, stratum.n, a, b);
         }
     }
 
@@ -134,16 +129,28 @@ impl Stratum {
             }
         }
         let n_initial = points.len() / n.max(1);
-        Self { points, n, n_initial }
+        Self { points, n, n_initial, refusing: Vec::new(), next: 0 }
     }
 
     /// How many samples the cut loses; `None` if more than `most`.
-    fn n_lost(&self, a: &[f64], b: f64, most: usize) -> Option<usize> {
+    fn n_lost(&mut self, a: &[f64], b: f64, most: usize) -> Option<usize> {
+        let n = self.n;
+        if self.refusing.chunks_exact(n).filter(|q| dot(a, q) > b).count() > most {
+            return None;
+        }
         let mut n_lost = 0;
-        for q in self.points.chunks_exact(self.n) {
+        for q in self.points.chunks_exact(n) {
             if dot(a, q) > b {
                 n_lost += 1;
                 if n_lost > most {
+                    // Each at most once, so that none is counted twice.
+                    if self.refusing.chunks_exact(n).all(|other| other != q) {
+                        self.next %= N_REFUSING;
+                        let place = (self.next * n).min(self.refusing.len());
+                        let end = (place + n).min(self.refusing.len());
+                        self.refusing.splice(place..end, q.iter().copied());
+                        self.next += 1;
+                    }
                     return None;
                 }
             }
@@ -160,6 +167,23 @@ impl Stratum {
 const N_THINNING: usize = 4;
 /// Samples that are thrown away at first.
 const N_BURN_IN: usize = 50;
+/// Samples that are looked at first.
+const N_REFUSING: usize = 64;
+
+/// Removes the points [n each] beyond a·q ≤ b.
+fn keep_below(points: &mut Vec<f64>, n: usize, a: &[f64], b: f64) {
+    let mut n_kept = 0;
+    for from in 0..points.len() / n.max(1) {
+        let range = from * n..(from + 1) * n;
+        if dot(a, &points[range.clone()]) <= b {
+            if n_kept < from {
+                points.copy_within(range, n_kept * n);
+            }
+            n_kept += 1;
+        }
+    }
+    points.truncate(n_kept * n);
+}
 
 fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()

@@ -219,7 +219,7 @@ mod tests {
                 let SharedProof { n_base, offset, proof } = proof;
                 (*n_base, *offset, proof.n_tried, proof.cells.clone(), proof.cuts.clone())
             };
-            (proofs.iter().map(of_proof).collect::<Vec<_>>(), region.rows.a, region.rows.b)
+            (proofs.iter().map(of_proof).collect::<Vec<_>>(), region.rows)
         };
         let one = found(1);
         assert!(one.0.iter().any(|(.., cuts)| !cuts.is_empty()), "nothing was cut");

@@ -172,7 +172,7 @@ pub fn search(
         }
     }
     let n_base = region.rows.len();
-    let cuts = (n_base..search.rows.len()).map(|i| (search.rows.a[i].clone(), search.rows.b[i])).collect();
+    let cuts = (n_base..search.rows.len()).map(|i| (search.rows.a(i).to_vec(), search.rows.b[i])).collect();
     match search.tree.preorder() {
         Some(cells) => {
             PairOutcome::Proof(PairProof { cells, cuts, n_tried: search.n_tried, is_reused: false })
@@ -480,7 +480,7 @@ impl Search<'_> {
         for position in 0..self.relevant.len() {
             let row = self.relevant[position];
             let (mut middle, mut spread) = (0.0, 0.0);
-            for ((a, m), h) in self.rows.a[row as usize].iter().zip(&center).zip(&half) {
+            for ((a, m), h) in self.rows.a(row as usize).iter().zip(&center).zip(&half) {
                 middle += a * m;
                 spread += a.abs() * h;
             }
@@ -500,7 +500,7 @@ impl Search<'_> {
                 continue;
             }
             for j in 0..n {
-                let a = self.rows.a[row as usize][j];
+                let a = self.rows.a(row as usize)[j];
                 let width = cell.upper[j] - cell.lower[j];
                 // Along coordinate j the row leaves `room / |a_j|` of the width.
                 if !(a.abs() * width * (1.0 - MIN_CONTRACTION) > room) || !self.model.depends_on(j) {

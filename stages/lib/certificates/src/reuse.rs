@@ -95,8 +95,9 @@ impl EarlierRows {
     /// `faces`: those of the region at hand.
     pub fn new(certificate: &RegionCertificate, faces: &Rows, limits: &CellBox) -> Self {
         let n = limits.lower.len();
-        let mut rows = Rows::empty();
-        let mut found = Self { rows: Rows::empty(), faces: Vec::new(), holds: Vec::new() };
+        let zero = vec![0.0; n];
+        let mut rows = Rows::empty(n);
+        let mut found = Self { rows: Rows::empty(n), faces: Vec::new(), holds: Vec::new() };
         for row in &certificate.rows {
             let is_row = row.a.len() == n && row.b.is_finite() && row.a.iter().all(|a| a.is_finite());
             let face = match row.origin {
@@ -105,7 +106,7 @@ impl EarlierRows {
             };
             found.holds.push(is_row && row_holds(row, faces, limits));
             found.faces.push(face);
-            rows.push(if row.a.len() == n { row.a.clone() } else { vec![0.0; n] }, row.b, None);
+            rows.push(if row.a.len() == n { &row.a } else { &zero }, row.b, None);
         }
         found.rows = rows;
         found
@@ -117,7 +118,7 @@ pub fn row_holds(row: &artefact::SweptRow, faces: &Rows, limits: &CellBox) -> bo
     match &row.origin {
         RowOrigin::Face(face) => {
             let face = *face as usize;
-            face < faces.len() && faces.a[face] == row.a && faces.b[face] == row.b
+            face < faces.len() && faces.a(face) == row.a && faces.b[face] == row.b
         }
         RowOrigin::Implied(multipliers) => {
             let minus_a: Vec<f64> = row.a.iter().map(|a| -a).collect();
@@ -157,7 +158,7 @@ pub fn reused(
     for row in used {
         position.entry(row).or_insert_with(|| {
             earlier.faces[row].unwrap_or_else(|| {
-                implied.push((earlier.rows.a[row].clone(), earlier.rows.b[row]));
+                implied.push((earlier.rows.a(row).to_vec(), earlier.rows.b[row]));
                 (n_faces + implied.len() - 1) as u32
             })
         });

@@ -230,7 +230,7 @@ impl RowProgram {
         }
         self.index.clear();
         for &row in relevant {
-            let a = &rows.a[row as usize];
+            let a = rows.a(row as usize);
             let (mut beta, mut most, mut norm) = (rows.b[row as usize], 0.0, 0.0);
             for j in 0..n {
                 let scaled = a[j] * self.half[j];
@@ -254,7 +254,7 @@ impl RowProgram {
         for (i, (&row, norm)) in self.index.iter().zip(&self.norm).enumerate() {
             let first = self.position(i);
             let scale = 1.0 / norm;
-            for (j, (a, half)) in rows.a[row as usize].iter().zip(&self.half).enumerate() {
+            for (j, (a, half)) in rows.a(row as usize).iter().zip(&self.half).enumerate() {
                 self.alpha[first + j * LANES] = a * half * scale;
             }
         }

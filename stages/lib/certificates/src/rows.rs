@@ -8,10 +8,11 @@ use convex_sets::HPolyhedron;
 pub type Multipliers = Vec<(u32, f64)>;
 
 /// A list of rows that grows by cuts; indices stay.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Rows {
-    /// Coefficients of each row [n], of unit length.
-    pub a: Vec<Vec<f64>>,
+    /// Coefficients of the rows, of unit length, one row after the other [n each].
+    a: Vec<f64>,
+    n: usize,
     /// Offsets.
     pub b: Vec<f64>,
     /// The rows that programmes use, by index, sorted; rows that others imply are left out.
@@ -38,16 +39,28 @@ impl Rows {
     pub fn new(polyhedron: &HPolyhedron) -> Self {
         let m = polyhedron.n_faces();
         Self {
-            a: (0..m).map(|i| polyhedron.A.row(i).iter().copied().collect()).collect(),
+            a: polyhedron.A.transpose().as_slice().to_vec(),
+            n: polyhedron.ambient_dimension(),
             b: polyhedron.b.iter().copied().collect(),
             active: (0..m as u32).collect(),
             is_active: vec![true; m],
         }
     }
 
-    /// No rows.
-    pub fn empty() -> Self {
-        Self { a: Vec::new(), b: Vec::new(), active: Vec::new(), is_active: Vec::new() }
+    /// No rows, of `n` coefficients each.
+    pub fn empty(n: usize) -> Self {
+        Self { a: Vec::new(), n, b: Vec::new(), active: Vec::new(), is_active: Vec::new() }
+    }
+
+    /// Coefficients of row `row` [n].
+    #[inline]
+    pub fn a(&self, row: usize) -> &[f64] {
+        &self.a[row * self.n..(row + 1) * self.n]
+    }
+
+    /// Coefficients of all rows, one after the other [n each].
+    pub fn faces(&self) -> impl Iterator<Item = &[f64]> {
+        self.a.chunks_exact(self.n.max(1))
     }
 
     /// Number of rows.
@@ -56,9 +69,9 @@ impl Rows {
     }
 
     /// Adds a row, which makes the row `superseded` (if any) superfluous; returns its index.
-    pub fn push(&mut self, a: Vec<f64>, b: f64, superseded: Option<u32>) -> u32 {
+    pub fn push(&mut self, a: &[f64], b: f64, superseded: Option<u32>) -> u32 {
         let index = self.b.len() as u32;
-        self.a.push(a);
+        self.a.extend_from_slice(a);
         self.b.push(b);
         self.is_active.push(true);
         if let Some(row) = superseded {
@@ -71,7 +84,7 @@ impl Rows {
 
     /// Takes the last row back, which had made `superseded` superfluous.
     pub fn pop(&mut self, superseded: Option<u32>) {
-        self.a.pop();
+        self.a.truncate(self.a.len() - self.n);
         self.b.pop();
         self.is_active.pop();
         if let Some(row) = superseded {
@@ -82,7 +95,7 @@ impl Rows {
 
     /// b − a·q of row `row`.
     pub fn slack(&self, row: usize, q: &[f64]) -> f64 {
-        self.b[row] - self.a[row].iter().zip(q).map(|(a, q)| a * q).sum::<f64>()
+        self.b[row] - self.a(row).iter().zip(q).map(|(a, q)| a * q).sum::<f64>()
     }
 
     /// A lower bound of g·δ + Σ μ (a·q − b) over the cell, δ = q − centre: L of the certificate. The value is rounded
@@ -93,7 +106,7 @@ impl Rows {
         let (mut sum, mut size) = (0.0, 0.0);
         for &(row, mu) in multipliers {
             let row = row as usize;
-            for (j, a) in self.a[row].iter().enumerate() {
+            for (j, a) in self.a(row).iter().enumerate() {
                 slope[j] += mu * a;
                 slope_size[j] += (mu * a).abs();
             }
@@ -159,7 +172,7 @@ impl Rows {
     pub fn prune(&mut self, program: &mut RowProgram, limits: &CellBox) {
         for position in (0..self.active.len()).rev() {
             let row = self.active.remove(position);
-            let minus_a: Vec<f64> = self.a[row as usize].iter().map(|a| -a).collect();
+            let minus_a: Vec<f64> = self.a(row as usize).iter().map(|a| -a).collect();
             let at_center: f64 = minus_a.iter().enumerate().map(|(j, a)| a * limits.center(j)).sum();
             let needed = -self.b[row as usize] - at_center;
             let implied = match self.minimize(program, limits, &minus_a, needed + TOL_IMPLIED) {

@@ -82,7 +82,7 @@ impl Search<'_> {
             let b = self.rows.b[row as usize] - shift;
             let mut moved = multipliers.clone();
             moved[position].0 = self.rows.len() as u32;
-            candidates.push((self.rows.a[row as usize].clone(), b, Some(row), moved));
+            candidates.push((self.rows.a(row as usize).to_vec(), b, Some(row), moved));
         }
         // The half-space of the plane: g·δ ≥ demand − κ.
         let norm = plane.g.iter().map(|g| g * g).sum::<f64>().sqrt();
@@ -107,12 +107,12 @@ impl Search<'_> {
         judged.sort_by(|x, y| x.0.total_cmp(&y.0).then(x.1.cmp(&y.1)));
         for (_, position) in judged {
             let (a, b, superseded, multipliers) = candidates[position].clone();
-            self.rows.push(a, b, superseded);
+            self.rows.push(&a, b, superseded);
             let bound = self.rows.bound(cell, &plane.g, &multipliers);
             if plane.kappa[1] + bound > self.model.demand() {
                 let row = self.rows.len() - 1;
                 if let Some(guide) = &mut self.guide {
-                    guide.cut(&self.rows.a[row], self.rows.b[row]);
+                    guide.cut(self.rows.a(row), self.rows.b[row]);
                 }
                 let plane = plane.clone();
                 self.prune_now_and_then();

@@ -193,7 +193,7 @@ fn row_holds(
     let (mut a, mut least) = (vec![0.0; n], 0.0);
     for &(r, mu) in &row.multipliers {
         for j in 0..n {
-            a[j] += mu * region.a[r as usize][j];
+            a[j] += mu * region.a(r as usize)[j];
         }
         least += mu * region.b[r as usize];
     }

@@ -95,7 +95,7 @@ pub fn rows(
     let mut program = RowProgram::default();
     let mut directions: Vec<Vec<f64>> = Vec::new();
     let mut found: Vec<(f64, SosRow)> = Vec::new();
-    for face in &region.a {
+    for face in region.faces() {
         let mut direction = vec![0.0; n];
         for joint in joints {
             direction[usize::from(joint.coordinate)] = face[usize::from(joint.coordinate)];
@@ -153,7 +153,7 @@ fn row(
     let mut d = 0.0;
     for &(r, mu) in &multipliers {
         for j in 0..n {
-            a[j] += mu * region.a[r as usize][j];
+            a[j] += mu * region.a(r as usize)[j];
         }
         d += mu * region.b[r as usize];
     }
