@@ -48,6 +48,9 @@ pub struct RowProgram {
     alpha: Vec<f64>,
     beta: Vec<f64>,
     half: Vec<f64>,
+    center: Vec<f64>,
+    /// Of one row.
+    scaled: Vec<f64>,
     cost: Vec<f64>,
     /// The n active constraints: a row by its position, or m + 2j + side for a bound of u_j (side 1: upper).
     active: Vec<usize>,
@@ -225,39 +228,40 @@ impl RowProgram {
         self.n = n;
         self.half.clear();
         self.half.extend((0..n).map(|j| cell.half(j)));
-        for buffer in [&mut self.beta, &mut self.norm] {
+        self.center.clear();
+        self.center.extend((0..n).map(|j| cell.center(j)));
+        for buffer in [&mut self.alpha, &mut self.beta, &mut self.norm] {
             buffer.clear();
         }
         self.index.clear();
+        self.hot.clear();
         for &row in relevant {
-            let a = rows.a(row as usize);
             let (mut beta, mut most, mut norm) = (rows.b[row as usize], 0.0, 0.0);
-            for j in 0..n {
-                let scaled = a[j] * self.half[j];
-                beta -= a[j] * cell.center(j);
+            self.scaled.clear();
+            for ((a, half), center) in rows.a(row as usize).iter().zip(&self.half).zip(&self.center) {
+                let scaled = a * half;
+                beta -= a * center;
                 most += scaled.abs();
                 norm += scaled * scaled;
+                self.scaled.push(scaled);
             }
             if most <= beta || norm <= 0.0 {
                 continue;
             }
-            let norm = norm.sqrt();
+            let (i, norm) = (self.index.len(), norm.sqrt());
             self.index.push(row);
             self.norm.push(norm);
             self.beta.push(beta / norm);
-        }
-        self.hot.clear();
-        let n_lanes = self.index.len().next_multiple_of(LANES);
-        self.beta.resize(n_lanes, 1.0);
-        self.alpha.clear();
-        self.alpha.resize(n * n_lanes, 0.0);
-        for (i, (&row, norm)) in self.index.iter().zip(&self.norm).enumerate() {
+            if i.is_multiple_of(LANES) {
+                self.alpha.resize((i + LANES) * n, 0.0);
+            }
             let first = self.position(i);
             let scale = 1.0 / norm;
-            for (j, (a, half)) in rows.a(row as usize).iter().zip(&self.half).enumerate() {
-                self.alpha[first + j * LANES] = a * half * scale;
+            for (alpha, scaled) in self.alpha[first..].iter_mut().step_by(LANES).zip(&self.scaled) {
+                *alpha = scaled * scale;
             }
         }
+        self.beta.resize(self.index.len().next_multiple_of(LANES), 1.0);
     }
 
     /// Where α of row `i` begins; the coordinates follow at distances of [`LANES`].

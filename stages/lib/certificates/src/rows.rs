@@ -18,6 +18,10 @@ pub struct Rows {
     /// The rows that programmes use, by index, sorted; rows that others imply are left out.
     active: Vec<u32>,
     is_active: Vec<bool>,
+    /// For each row a point that only it keeps out, of the rows in use before some index [n each], and that index; 0
+    /// where no such point is known. They spare programmes, no more.
+    kept_out: Vec<f64>,
+    kept_out_before: Vec<u32>,
 }
 
 /// What a programme over cell ∩ region said.
@@ -44,12 +48,22 @@ impl Rows {
             b: polyhedron.b.iter().copied().collect(),
             active: (0..m as u32).collect(),
             is_active: vec![true; m],
+            kept_out: vec![0.0; m * polyhedron.ambient_dimension()],
+            kept_out_before: vec![0; m],
         }
     }
 
     /// No rows, of `n` coefficients each.
     pub fn empty(n: usize) -> Self {
-        Self { a: Vec::new(), n, b: Vec::new(), active: Vec::new(), is_active: Vec::new() }
+        Self {
+            a: Vec::new(),
+            n,
+            b: Vec::new(),
+            active: Vec::new(),
+            is_active: Vec::new(),
+            kept_out: Vec::new(),
+            kept_out_before: Vec::new(),
+        }
     }
 
     /// Coefficients of row `row` [n].
@@ -74,6 +88,8 @@ impl Rows {
         self.a.extend_from_slice(a);
         self.b.push(b);
         self.is_active.push(true);
+        self.kept_out.extend(std::iter::repeat_n(0.0, self.n));
+        self.kept_out_before.push(0);
         if let Some(row) = superseded {
             self.is_active[row as usize] = false;
         }
@@ -87,6 +103,11 @@ impl Rows {
         self.a.truncate(self.a.len() - self.n);
         self.b.pop();
         self.is_active.pop();
+        self.kept_out.truncate(self.a.len());
+        self.kept_out_before.pop();
+        // The next row takes the place of this one.
+        let n_rows = self.b.len() as u32;
+        self.kept_out_before.iter_mut().for_each(|before| *before = (*before).min(n_rows));
         if let Some(row) = superseded {
             self.is_active[row as usize] = true;
         }
@@ -171,7 +192,11 @@ impl Rows {
     /// Takes rows out of use that the others imply on `limits`, the latest first.
     pub fn prune(&mut self, program: &mut RowProgram, limits: &CellBox) {
         for position in (0..self.active.len()).rev() {
-            let row = self.active.remove(position);
+            let row = self.active[position];
+            if self.still_keeps_out(row as usize) {
+                continue;
+            }
+            self.active.remove(position);
             let minus_a: Vec<f64> = self.a(row as usize).iter().map(|a| -a).collect();
             let at_center: f64 = minus_a.iter().enumerate().map(|(j, a)| a * limits.center(j)).sum();
             let needed = -self.b[row as usize] - at_center;
@@ -183,8 +208,22 @@ impl Rows {
                 self.is_active[row as usize] = false;
             } else {
                 self.active.insert(position, row);
+                let range = row as usize * self.n..(row as usize + 1) * self.n;
+                self.kept_out[range].copy_from_slice(&program.point(limits));
+                self.kept_out_before[row as usize] = self.b.len() as u32;
             }
         }
+    }
+
+    /// Whether a point is known that the row keeps out and no other row in use does.
+    fn still_keeps_out(&mut self, row: usize) -> bool {
+        let before = self.kept_out_before[row] as usize;
+        let point = &self.kept_out[row * self.n..(row + 1) * self.n];
+        let is_left = before > 0
+            && self.slack(row, point) < -TOL_IMPLIED
+            && (before..self.b.len()).all(|other| !self.is_active[other] || self.slack(other, point) >= 0.0);
+        self.kept_out_before[row] = if is_left { self.b.len() as u32 } else { 0 };
+        is_left
     }
 
     /// Whether the row is in use.
