@@ -159,18 +159,18 @@ fn least_gaps(
     limits: &CellBox,
     program: &mut RowProgram,
 ) -> LeastGaps {
-    let mut starts: Vec<(f64, &[f64])> =
-        samples.samples().take(N_LOOKED_AT).map(|q| (model.gap(q) - model.clearance, q)).collect();
+    let mut starts: Vec<(f64, Vec<f64>)> =
+        samples.samples().take(N_LOOKED_AT).map(|q| (model.gap(&q) - model.clearance, q)).collect();
     starts.sort_by(|x, y| x.0.total_cmp(&y.0));
     let n_colliding = starts.iter().take_while(|(gap, _)| *gap <= model.demand()).count();
     let share = n_colliding as f64 / starts.len().max(1) as f64;
     let from_samples = starts.into_iter().take(N_DESCENTS).map(|(_, start)| start);
     let near = vertices.iter().filter(|q| model.gap(q) < model.clearance + MAX_VERTEX_GAP);
     let ends = from_samples
-        .chain(near.map(Vec::as_slice))
+        .chain(near.cloned())
         .map(|start| {
-            let (gap, q) = descend(model, rows, limits, start, program);
-            (start.to_vec(), gap, q)
+            let (gap, q) = descend(model, rows, limits, &start, program);
+            (start, gap, q)
         })
         .collect();
     LeastGaps { share, ends }
@@ -306,7 +306,7 @@ fn tangents_towards_samples(
         .spread(N_WAYS)
         .filter(|target| model.gap(target) > enough)
         .filter_map(|target| {
-            tangent_face(model, &way_out(model, x, target, enough, N_WAY_BISECTIONS), enough)
+            tangent_face(model, &way_out(model, x, &target, enough, N_WAY_BISECTIONS), enough)
         })
         .collect()
 }
@@ -370,11 +370,12 @@ mod tests {
             .into_iter()
             .map(|pair| PairModel::new(&scene, pair, 0.0))
             .filter(|model| model.gap(center.as_slice()) > 0.0)
-            .filter(|model| guide.samples().any(|q| model.gap(q) < 0.0))
+            .filter(|model| guide.samples().any(|q| model.gap(&q) < 0.0))
             .collect();
         let models: Vec<&PairModel> = models.iter().collect();
-        let n_colliding =
-            |guide: &Guide| guide.samples().filter(|q| models.iter().any(|model| model.gap(q) < 0.0)).count();
+        let n_colliding = |guide: &Guide| {
+            guide.samples().filter(|q| models.iter().any(|model| model.gap(&q[..]) < 0.0)).count()
+        };
         let before = n_colliding(&guide);
         let task = CleanUp {
             limits: &limits,
@@ -419,7 +420,7 @@ mod tests {
         let (mut n_cut, mut n_left) = (0, 0);
         for pair in scene.collision_pairs() {
             let model = PairModel::new(&scene, pair, 0.0);
-            let Some(x) = guide.samples().find(|q| model.gap(q) < -0.01).map(<[f64]>::to_vec) else {
+            let Some(x) = guide.samples().find(|q| model.gap(q) < -0.01) else {
                 continue;
             };
             if model.corners.is_none() || model.gap(center.as_slice()) < 0.01 {
@@ -463,9 +464,9 @@ mod tests {
             }
             for x in guide.samples().filter(|q| model.gap(q) < -0.01).take(3) {
                 n_collisions += 1;
-                for (a, b) in tangents_towards_samples(&model, &guide, x, 2e-3) {
+                for (a, b) in tangents_towards_samples(&model, &guide, &x, 2e-3) {
                     assert!((dot(&a, &a) - 1.0).abs() < 1e-9 && b.is_finite());
-                    n_faces += usize::from(dot(&a, x) > b);
+                    n_faces += usize::from(dot(&a, &x) > b);
                 }
             }
         }

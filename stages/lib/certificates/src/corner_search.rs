@@ -58,7 +58,8 @@ impl OpenCorner {
 /// A configuration of the region that came near a plane.
 pub struct Seen {
     q: Vec<f64>,
-    /// Where the corners are, in the frame.
+    /// Where the two bodies are, in the frame, and the corners of the one that moves.
+    cores: [PlacedCore; 2],
     corners: Vec<Vector3<f64>>,
 }
 
@@ -151,13 +152,14 @@ impl CornerTask<'_> {
                 widest => break (open, widest.is_some_and(|(_, gap)| gap - model.radius > demand)),
             }
         };
-        let witnesses: Vec<(Vec<f64>, Tangent)> =
-            near.into_iter().map(|q| (model.tangent(frame_idx, &q), q)).map(|(at, q)| (q, at)).collect();
-        if let Some((q, tangent)) = witnesses.iter().min_by(|x, y| x.1.gap.total_cmp(&y.1.gap)) {
-            open.nearest = (q.clone(), tangent.gap);
+        let near = &seen[seen.len() - near.len()..];
+        let gaps = near.iter().map(|seen| (model.gap_of(&seen.cores), seen));
+        if let Some((gap, seen)) = gaps.min_by(|x, y| x.0.total_cmp(&y.0)) {
+            open.nearest = (seen.q.clone(), gap);
         }
         if !has_normal {
-            open.witnesses = witnesses;
+            let tangent = |seen: &Rc<Seen>| model.tangent_of(frame_idx, &seen.cores, &seen.q);
+            open.witnesses = near.iter().map(|seen| (seen.q.clone(), tangent(seen))).collect();
         }
         open.seen = seen;
         CornerAnswer::Open(open)
@@ -171,8 +173,10 @@ impl CornerTask<'_> {
     }
 
     fn see(&self, q: &[f64]) -> Seen {
-        let (R, p) = self.model.frames[self.pair.frame_idx].sides[self.pair.moving].pose(q);
-        Seen { q: q.to_vec(), corners: self.pair.corners.iter().map(|corner| p + R * corner).collect() }
+        let cores = self.model.placed_cores(self.pair.frame_idx, q);
+        let PlacedCore { R, p, .. } = cores[self.pair.moving];
+        let corners = self.pair.corners.iter().map(|corner| p + R * corner).collect();
+        Seen { q: q.to_vec(), cores, corners }
     }
 
     /// The normal that keeps the hull of what was seen farthest from the core at rest, and how far; `None` if nothing
@@ -467,8 +471,7 @@ impl<'a> Parts<'a> {
     fn with(series: &'a Series, kept: u8, w: &[[f32; MAX_JOINTS]]) -> Self {
         let folded = series.fold(kept);
         let N = folded.concave_matrix(w);
-        let concave =
-            if folded.is_convex_with(&N) { Concave { N, w: w.to_vec() } } else { folded.concave() };
+        let concave = if folded.is_convex_with(&N) { Concave { N, w: w.to_vec() } } else { folded.concave() };
         Self { concave, folded }
     }
 }

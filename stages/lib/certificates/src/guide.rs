@@ -3,6 +3,7 @@
 //! Uniform samples of the region and of its intersections with the spaces of the task: the grasp band is a thin slab,
 //! and a cut that costs little of the region can cost all of the band. They guide, they prove nothing.
 
+use crate::samples::Samples;
 use convex_sets::HPolyhedron;
 use nalgebra::DVector;
 use rand::RngExt;
@@ -11,8 +12,8 @@ use rand_chacha::ChaCha8Rng;
 /// Samples of one set.
 #[derive(Debug, Clone)]
 pub struct Stratum {
-    /// Samples that are left, one after the other [n each].
-    points: Vec<f64>,
+    /// Samples that are left.
+    points: Samples,
     n: usize,
     n_initial: usize,
     /// Those of them that refused a cut of late, and the place of the next one: looked at first, since most cuts lose what
@@ -59,23 +60,24 @@ impl Guide {
     }
 
     /// The samples that are left.
-    pub fn samples(&self) -> impl Iterator<Item = &[f64]> {
-        self.strata.iter().flat_map(|stratum| stratum.points.chunks_exact(stratum.n))
+    pub fn samples(&self) -> impl Iterator<Item = Vec<f64>> + '_ {
+        self.strata.iter().flat_map(|stratum| stratum.points.iter())
     }
 
     /// At most `n` of the region's own samples that are left, evenly spaced in their order.
-    pub fn spread(&self, n: usize) -> impl Iterator<Item = &[f64]> {
+    pub fn spread(&self, n: usize) -> impl Iterator<Item = Vec<f64>> + '_ {
         self.strata.iter().take(1).flat_map(move |stratum| {
-            let n_left = stratum.points.len() / stratum.n.max(1);
-            stratum.points.chunks_exact(stratum.n.max(1)).step_by(n_left.div_ceil(n.max(1)).max(1))
+            let n_left = stratum.points.len();
+            (0..n_left).step_by(n_left.div_ceil(n.max(1)).max(1)).map(|i| stratum.points.point(i))
         })
     }
 
     /// Removes the samples that the cut loses.
     pub fn cut(&mut self, a: &[f64], b: f64) {
         for stratum in &mut self.strata {
-            keep_below(&mut stratum.points, stratum.n, a, b);
-            keep_below(&mut stratum.refusing, stratum.n, a, b);
+            stratum.points.cut(a, b);
+            let left = stratum.refusing.chunks_exact(stratum.n.max(1)).filter(|q| dot(a, q) <= b);
+            stratum.refusing = left.flatten().copied().collect();
         }
     }
 
@@ -129,7 +131,7 @@ impl Stratum {
             }
         }
         let n_initial = points.len() / n.max(1);
-        Self { points, n, n_initial, refusing: Vec::new(), next: 0 }
+        Self { points: Samples::new(&points, n), n, n_initial, refusing: Vec::new(), next: 0 }
     }
 
     /// How many samples the cut loses; `None` if more than `most`.
@@ -138,28 +140,23 @@ impl Stratum {
         if self.refusing.chunks_exact(n).filter(|q| dot(a, q) > b).count() > most {
             return None;
         }
-        let mut n_lost = 0;
-        for q in self.points.chunks_exact(n) {
-            if dot(a, q) > b {
-                n_lost += 1;
-                if n_lost > most {
-                    // Each at most once, so that none is counted twice.
-                    if self.refusing.chunks_exact(n).all(|other| other != q) {
-                        self.next %= N_REFUSING;
-                        let place = (self.next * n).min(self.refusing.len());
-                        let end = (place + n).min(self.refusing.len());
-                        self.refusing.splice(place..end, q.iter().copied());
-                        self.next += 1;
-                    }
-                    return None;
-                }
-            }
+        let refusing = match self.points.n_beyond(a, b, most) {
+            Ok(n_lost) => return Some(n_lost),
+            Err(q) => q,
+        };
+        // Each at most once, so that none is counted twice.
+        if self.refusing.chunks_exact(n).all(|other| other != refusing) {
+            self.next %= N_REFUSING;
+            let place = (self.next * n).min(self.refusing.len());
+            let end = (place + n).min(self.refusing.len());
+            self.refusing.splice(place..end, refusing);
+            self.next += 1;
         }
-        Some(n_lost)
+        None
     }
 
     fn kept(&self) -> f64 {
-        if self.n_initial == 0 { 1.0 } else { (self.points.len() / self.n) as f64 / self.n_initial as f64 }
+        if self.n_initial == 0 { 1.0 } else { self.points.len() as f64 / self.n_initial as f64 }
     }
 }
 
@@ -169,21 +166,6 @@ const N_THINNING: usize = 4;
 const N_BURN_IN: usize = 50;
 /// Samples that are looked at first.
 const N_REFUSING: usize = 64;
-
-/// Removes the points [n each] beyond a·q ≤ b.
-fn keep_below(points: &mut Vec<f64>, n: usize, a: &[f64], b: f64) {
-    let mut n_kept = 0;
-    for from in 0..points.len() / n.max(1) {
-        let range = from * n..(from + 1) * n;
-        if dot(a, &points[range.clone()]) <= b {
-            if n_kept < from {
-                points.copy_within(range, n_kept * n);
-            }
-            n_kept += 1;
-        }
-    }
-    points.truncate(n_kept * n);
-}
 
 fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
@@ -201,7 +183,7 @@ mod tests {
         let mut guide = Guide::new(&square, &center, &[], 1000, &mut ChaCha8Rng::seed_from_u64(1));
         guide.cut(&[1.0, 0.0], 0.2);
         for n in [1, 7, 24, 5000] {
-            let spread: Vec<&[f64]> = guide.spread(n).collect();
+            let spread: Vec<Vec<f64>> = guide.spread(n).collect();
             assert!(!spread.is_empty() && spread.len() <= n, "{} of {n}", spread.len());
             assert!(spread.iter().all(|q| q[0] <= 0.2 && guide.samples().any(|sample| sample == *q)));
         }

@@ -33,6 +33,7 @@ mod region_data;
 mod reuse;
 mod row_program;
 mod rows;
+mod samples;
 mod separating_normal;
 mod side;
 pub mod sums;

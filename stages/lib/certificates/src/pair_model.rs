@@ -139,11 +139,11 @@ impl PairModel {
 
     /// Largest gap found between the bodies at `q`, metres; negative if no plane separates them.
     pub fn gap(&self, q: &[f64]) -> f64 {
-        let [a, b] = self.placed_cores(0, q);
-        separating_normal(&a, &b).1 - self.radius
+        self.gap_of(&self.placed_cores(0, q))
     }
 
-    fn placed_cores(&self, frame_idx: usize, q: &[f64]) -> [PlacedCore; 2] {
+    /// The cores in frame `frame_idx`.
+    pub fn placed_cores(&self, frame_idx: usize, q: &[f64]) -> [PlacedCore; 2] {
         [0, 1].map(|k| {
             let side = &self.frames[frame_idx].sides[k];
             let (R, p) = side.pose(q);
@@ -164,9 +164,18 @@ impl PairModel {
 
     /// Gap and its gradient at `q`, the normal in frame `frame_idx`.
     pub fn tangent(&self, frame_idx: usize, q: &[f64]) -> Tangent {
-        let cores = self.placed_cores(frame_idx, q);
+        self.tangent_of(frame_idx, &self.placed_cores(frame_idx, q), q)
+    }
+
+    /// As [`PairModel::tangent`], where the cores lie so at `q`.
+    pub fn tangent_of(&self, frame_idx: usize, cores: &[PlacedCore; 2], q: &[f64]) -> Tangent {
         let (n, gap) = separating_normal(&cores[0], &cores[1]);
-        Tangent { n, gap: gap - self.radius, g: self.gradient_of(frame_idx, &cores, q, &n) }
+        Tangent { n, gap: gap - self.radius, g: self.gradient_of(frame_idx, cores, q, &n) }
+    }
+
+    /// Gap of the cores that lie so.
+    pub fn gap_of(&self, cores: &[PlacedCore; 2]) -> f64 {
+        separating_normal(&cores[0], &cores[1]).1 - self.radius
     }
 
     /// Gradient at `q` of the gap along `n`, fixed in frame `frame_idx`.

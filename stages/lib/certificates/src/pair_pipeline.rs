@@ -193,7 +193,7 @@ mod tests {
         let meet = |model: &&PairModel| {
             model.corners.is_some()
                 && model.gap(center.as_slice()) > 0.02
-                && samples.samples().any(|q| model.gap(q) < 0.0)
+                && samples.samples().any(|q| model.gap(&q) < 0.0)
         };
         let models: Vec<&PairModel> = models.iter().filter(meet).collect();
         assert!(models.len() > 3, "{} pairs", models.len());

@@ -49,14 +49,16 @@ pub fn separating_normal(a: &PlacedCore, b: &PlacedCore) -> (Vector3<f64>, f64) 
             best = (n, gap);
         }
     };
-    let axes_a: Vec<Vector3<f64>> = a.core.axes().iter().map(|axis| a.R * axis).collect();
-    let axes_b: Vec<Vector3<f64>> = b.core.axes().iter().map(|axis| b.R * axis).collect();
-    for axis in axes_a.iter().chain(&axes_b) {
-        offer(*axis);
+    let axes_of = |body: &PlacedCore| {
+        let R = body.R;
+        body.core.axes().iter().map(move |axis| R * axis)
+    };
+    for axis in axes_of(a).chain(axes_of(b)) {
+        offer(axis);
     }
-    for axis_a in &axes_a {
-        for axis_b in &axes_b {
-            let cross = axis_a.cross(axis_b);
+    for axis_a in axes_of(a) {
+        for axis_b in axes_of(b) {
+            let cross = axis_a.cross(&axis_b);
             if cross.norm() > 1e-4 {
                 offer(cross);
             }

@@ -76,11 +76,13 @@ impl Core {
     }
 
     /// Directions, in the shape's frame, in which a separating plane may lie flat against the core.
-    pub fn axes(&self) -> Vec<Vector3<f64>> {
+    pub fn axes(&self) -> &'static [Vector3<f64>] {
+        const XYZ: [Vector3<f64>; 3] =
+            [Vector3::new(1.0, 0.0, 0.0), Vector3::new(0.0, 1.0, 0.0), Vector3::new(0.0, 0.0, 1.0)];
         match self {
-            Self::Box(..) => vec![Vector3::x(), Vector3::y(), Vector3::z()],
-            Self::Cylinder(..) | Self::Segment(_) => vec![Vector3::z()],
-            Self::Point => Vec::new(),
+            Self::Box(..) => &XYZ,
+            Self::Cylinder(..) | Self::Segment(_) => &XYZ[2..],
+            Self::Point => &[],
         }
     }
 }
