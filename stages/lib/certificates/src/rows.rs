@@ -242,3 +242,49 @@ const TOL_IMPLIED: f64 = 1e-9;
 /// A cell counts as outside the region if it misses it by this, in units of the coordinates. Erring side: keeps cells
 /// that miss by less.
 const MARGIN_EMPTY: f64 = 1e-12;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn pruning_leaves_the_region_and_no_row_that_others_imply(
+            batches in prop::collection::vec(
+                prop::collection::vec(([-1.0..1.0_f64, -1.0..1.0, -1.0..1.0], 0.1..1.2_f64), 1..8),
+                1..6,
+            ),
+            superseded in any::<bool>(),
+            points in prop::collection::vec([-1.0..1.0_f64, -1.0..1.0, -1.0..1.0], 100),
+        ) {
+            let limits = CellBox { lower: vec![-1.0; 3], upper: vec![1.0; 3] };
+            let mut program = RowProgram::default();
+            let mut rows = Rows::empty(3);
+            for batch in &batches {
+                for (a, b) in batch {
+                    let norm = a.iter().map(|a| a * a).sum::<f64>().sqrt().max(1e-3);
+                    let a: Vec<f64> = a.iter().map(|a| a / norm).collect();
+                    // A row that is taken back leaves its place to another one.
+                    let last = rows.active().last().copied().filter(|_| superseded);
+                    rows.push(&a, 0.5 * b, last);
+                    rows.pop(last);
+                    rows.push(&a, *b, None);
+                }
+                rows.prune(&mut program, &limits);
+            }
+            let mut anew = Rows::empty(3);
+            rows.active().iter().for_each(|&row| {
+                anew.push(rows.a(row as usize), rows.b[row as usize], None);
+            });
+            anew.prune(&mut program, &limits);
+            prop_assert_eq!(anew.active().len(), rows.active().len());
+            for q in &points {
+                let is_inside = |row: &u32| rows.slack(*row as usize, q) >= 0.0;
+                if rows.active().iter().all(is_inside) {
+                    prop_assert!((0..rows.len()).all(|row| rows.slack(row, q) >= -1e-7));
+                }
+            }
+        }
+    }
+}
