@@ -98,14 +98,19 @@ impl Kind {
     }
 }
 
-/// Data that a `.bin` can hold.
-pub trait Artefact: Serialize + DeserializeOwned {
+/// Data of which a `.bin` can be made.
+pub trait Written: Serialize {
     /// Which.
     const KIND: Kind;
 }
 
+/// Data that a `.bin` can hold.
+pub trait Artefact: Written + DeserializeOwned {}
+
+impl<A: Written + DeserializeOwned> Artefact for A {}
+
 macro_rules! artefacts {
-    ($($data:ty => $kind:ident),* $(,)?) => { $(impl Artefact for $data { const KIND: Kind = Kind::$kind; })* };
+    ($($data:ty => $kind:ident),* $(,)?) => { $(impl Written for $data { const KIND: Kind = Kind::$kind; })* };
 }
 artefacts!(
     RegionsFile => Regions, CertificatesFile => Certificates, PlanFile => Plan, TrajectoryFile => Trajectory,
@@ -178,20 +183,24 @@ fn codec() -> impl Options {
 }
 
 /// The bytes of `value` as `.bin`. `file` only names it in errors.
-pub fn encode<A: Artefact>(file: &Path, value: &A, scene_digest: &Digest) -> Result<Vec<u8>, ContainerError> {
-    let body = codec().serialize(value).map_err(|error| ContainerError::Body {
+pub fn encode<A: Written>(file: &Path, value: &A, scene_digest: &Digest) -> Result<Vec<u8>, ContainerError> {
+    let refused = |error: bincode::Error| ContainerError::Body {
         file: file.to_owned(),
         expected: A::KIND.word(),
         message: error.to_string(),
-    })?;
-    let mut bytes = Vec::with_capacity(HEADER_BYTES + body.len());
+    };
+    let body_bytes = codec().serialized_size(value).map_err(refused)?;
+    // Bodies can be large: they are made once, in their place.
+    let mut bytes = Vec::with_capacity(HEADER_BYTES + body_bytes as usize);
     bytes.extend_from_slice(&MAGIC);
     bytes.extend_from_slice(&FORMAT_VERSION.to_le_bytes());
     bytes.extend_from_slice(&(A::KIND as u32).to_le_bytes());
-    bytes.extend_from_slice(&(body.len() as u64).to_le_bytes());
+    bytes.extend_from_slice(&body_bytes.to_le_bytes());
     bytes.extend_from_slice(scene_digest);
-    bytes.extend_from_slice(blake3::hash(&body).as_bytes());
-    bytes.extend_from_slice(&body);
+    bytes.resize(HEADER_BYTES, 0);
+    codec().serialize_into(&mut bytes, value).map_err(refused)?;
+    let digest = blake3::hash(&bytes[HEADER_BYTES..]);
+    bytes[HEADER_BYTES - digest.as_bytes().len()..HEADER_BYTES].copy_from_slice(digest.as_bytes());
     Ok(bytes)
 }
 

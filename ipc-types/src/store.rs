@@ -1,7 +1,7 @@
 //! Artefacts in a folder: written at once, read from `.bin`, else from the `.json` twin.
 
 use crate::Digest;
-use crate::container::{self, Artefact, ContainerError};
+use crate::container::{self, Artefact, ContainerError, Written};
 use serde::{Serialize, de::DeserializeOwned};
 use std::path::{Path, PathBuf};
 
@@ -44,7 +44,7 @@ pub fn write_at_once(path: &Path, bytes: &[u8]) -> Result<(), StoreError> {
 }
 
 /// Writes `<folder>/<name>.bin`.
-pub fn write_bin<A: Artefact>(
+pub fn write_bin<A: Written>(
     folder: &Path,
     name: &str,
     value: &A,
@@ -63,7 +63,7 @@ pub fn write_json<T: Serialize>(folder: &Path, name: &str, value: &T) -> Result<
 }
 
 /// Writes both `<folder>/<name>.bin` and its text twin.
-pub fn write_artefact<A: Artefact>(
+pub fn write_artefact<A: Written>(
     folder: &Path,
     name: &str,
     value: &A,

@@ -4,9 +4,9 @@ use super::work_queue::WorkQueue;
 use crate::failure::Failure;
 use ipc_types::artefact::{CertificatesFile, RegionsFile};
 use ipc_types::exit_code::ExitCode;
-use ipc_types::join::{join_certified, write_certified};
+use ipc_types::join::write_certified;
 use ipc_types::status::Status;
-use ipc_types::store::{read_json, write_at_once, write_json};
+use ipc_types::store::{read_json, write_artefact, write_at_once, write_bin, write_json};
 use ipc_types::{Digest, hexadecimal};
 use serde_json::Value;
 use std::collections::BTreeMap;
@@ -20,8 +20,7 @@ pub fn write_joined(
     queue: &WorkQueue,
     scene_digest: &Digest,
 ) -> Result<(), Failure> {
-    let (regions, certificates) = join_certified(coordinates, queue.parts().cloned());
-    Ok(write_certified(folder, &regions, &certificates, scene_digest)?)
+    Ok(write_certified(folder, coordinates, queue.parts(), scene_digest)?)
 }
 
 /// `--certify none`: the candidates are copied, and say that they are not certified.
@@ -34,7 +33,8 @@ pub fn write_uncertified(
     for region in &mut regions.regions {
         region.certified = false;
     }
-    write_certified(folder, &regions, &CertificatesFile { regions: Vec::new() }, scene_digest)?;
+    write_artefact(folder, "regions", &regions, scene_digest)?;
+    write_bin(folder, "certificates", &CertificatesFile { regions: Vec::new() }, scene_digest)?;
     let status = Status {
         stage: "certify".into(),
         version: env!("CARGO_PKG_VERSION").into(),

@@ -6,7 +6,7 @@ use ipc_types::artefact::{
     Coverage, CutsFile, LeafCut, PlanFile, ProofFile, Region, RegionsFile, Segment, TrajectoryFile,
 };
 use ipc_types::container::CertifiedPart;
-use ipc_types::join::{join_certified, write_certified};
+use ipc_types::join::write_certified;
 use ipc_types::stage_name::StageName;
 use ipc_types::store::{write_artefact, write_at_once, write_bin};
 use std::collections::BTreeMap;
@@ -37,11 +37,7 @@ impl Output {
                     RegionsFile { coordinates: job.coordinates(), regions, coverage: self.coverage.clone() };
                 write_artefact(folder, "regions", &file, digest)
             }
-            StageName::Certify => {
-                let (regions, certificates) =
-                    join_certified(job.coordinates(), self.certified.values().cloned());
-                write_certified(folder, &regions, &certificates, digest)
-            }
+            StageName::Certify => write_certified(folder, job.coordinates(), self.certified.values(), digest),
             StageName::Miqp => match &self.plan {
                 Some(plan) => {
                     if let Some(proof) = &self.proof {
