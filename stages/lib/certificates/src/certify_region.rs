@@ -16,7 +16,7 @@ use crate::lanes::{N_LANES, in_lanes};
 use crate::options::{CertifyOptions, Method};
 use crate::pair_model::PairModel;
 use crate::pair_pipeline::{Pipeline, search_pairs};
-use crate::pair_search::{PairOutcome, search_briefly};
+use crate::pair_search::{PairOutcome, search};
 use crate::region_data::RegionData;
 use crate::reuse::{EarlierCertificates, EarlierRows, reused};
 use crate::row_program::RowProgram;
@@ -134,6 +134,8 @@ pub struct Certifier {
     seed: u64,
 }
 
+/// Pairs that need no more cells than this are independent of the others; the rest share what is cut for them.
+const EASY_CELLS: u64 = 400;
 /// Samples by which cuts are judged where there are earlier certificates: little is cut then.
 const MAX_EXTENSION_SAMPLES: usize = 500;
 /// A cut leaves the centre this share of the distance that it had to the nearest face.
@@ -240,6 +242,7 @@ impl Certifier {
         }
         let mut cut = CutRegion { rows: rows.clone(), guide: None };
         let mut proofs: Vec<Option<SharedProof>> = Vec::with_capacity(self.pairs.len());
+        let first = CertifyOptions { max_cells: EASY_CELLS.min(options.max_cells), ..options.clone() };
         let earlier = earlier.of_candidate(&candidate.polyhedron);
         let earlier =
             earlier.map(|certificate| (certificate, EarlierRows::new(certificate, &rows, &self.limits)));
@@ -248,8 +251,7 @@ impl Certifier {
             let known = earlier.as_ref().and_then(|(certificate, earlier_rows)| {
                 reused(model, certificate, earlier_rows, rows.len(), &self.limits, net)
             });
-            known
-                .map_or_else(|| search_briefly(model, &region, &options, net, is_stopped), PairOutcome::Proof)
+            known.map_or_else(|| search(model, &region, &first, net, is_stopped), PairOutcome::Proof)
         });
         for outcome in outcomes {
             proofs.push(match outcome {

@@ -71,12 +71,6 @@ const N_CHEAP_FRAMES: usize = 2;
 const MIN_CONTRACTION: f64 = 0.2;
 /// Cells in which the bodies are seen this close, metres, come before all others.
 const URGENT_GAP: f64 = 5e-3;
-/// Pairs that need no more cells than this are independent of the others; the rest share what is cut for them.
-const EASY_CELLS: u64 = 400;
-/// A pair of which more than such a share of the volume is open after so many cells needs more than those: of 137 pairs on
-/// three regions of an arm that came so far, 66 of the 73 that did, and 12 of the 64 that did not.
-const PROBE_CELLS: u64 = 100;
-const PROBE_SHARE: f64 = 0.5;
 /// After so many cuts rows that others imply are taken out of use.
 const CUTS_BETWEEN_PRUNINGS: usize = 64;
 
@@ -119,8 +113,6 @@ struct Search<'a> {
     tree: CellTree,
     queue: BinaryHeap<Waiting>,
     n_tried: u64,
-    /// What was open at first, as [`Search::open_volume`] measures it.
-    first_volume: f64,
     /// The pair seen so that one body rests, if its control nets are large.
     corners: Option<&'a CornerPair>,
     /// Where the programme of the cell around the present one ended.
@@ -137,33 +129,6 @@ pub fn search(
     net: &mut ControlNet,
     is_stopped: &(dyn Fn() -> bool + Sync),
 ) -> PairOutcome {
-    search_while(model, region, options, net, is_stopped, &|_| true)
-}
-
-/// As [`search`], for pairs that need few cells: it gives up after [`EASY_CELLS`], or sooner where most of the region is
-/// still open.
-pub fn search_briefly(
-    model: &PairModel,
-    region: &RegionData<'_>,
-    options: &CertifyOptions,
-    net: &mut ControlNet,
-    is_stopped: &(dyn Fn() -> bool + Sync),
-) -> PairOutcome {
-    let options = CertifyOptions { max_cells: EASY_CELLS.min(options.max_cells), ..options.clone() };
-    search_while(model, region, &options, net, is_stopped, &|search: &Search<'_>| {
-        search.n_tried != PROBE_CELLS || !(search.open_volume() > PROBE_SHARE * search.first_volume)
-    })
-}
-
-/// As [`search`], as long as `is_hopeful` says so before a cell.
-fn search_while(
-    model: &PairModel,
-    region: &RegionData<'_>,
-    options: &CertifyOptions,
-    net: &mut ControlNet,
-    is_stopped: &(dyn Fn() -> bool + Sync),
-    is_hopeful: &dyn Fn(&Search<'_>) -> bool,
-) -> PairOutcome {
     let mut search = Search {
         model,
         region,
@@ -176,7 +141,6 @@ fn search_while(
         tree: CellTree::new(),
         queue: BinaryHeap::new(),
         n_tried: 0,
-        first_volume: 0.0,
         corners: model.corners.as_ref(),
         start: [].into(),
         seen: [].into(),
@@ -190,10 +154,7 @@ fn search_while(
         let reason = format!("more than {} joints turn between the bodies", 2 * crate::pair_model::MAX_TURNS);
         return PairOutcome::Failed { configuration: region.center.to_vec(), reason };
     }
-    search.first_volume = search.open_volume();
-    while is_hopeful(&search)
-        && let Some(Waiting { node, cell, rows, start, seen, n_rows_seen, .. }) = search.queue.pop()
-    {
+    while let Some(Waiting { node, cell, rows, start, seen, n_rows_seen, .. }) = search.queue.pop() {
         search.n_tried += 1;
         if search.n_tried > options.max_cells {
             return PairOutcome::Limit { n_cells: options.max_cells };
@@ -216,7 +177,7 @@ fn search_while(
         Some(cells) => {
             PairOutcome::Proof(PairProof { cells, cuts, n_tried: search.n_tried, is_reused: false })
         }
-        // Every cell is closed where the queue is empty.
+        // The queue is empty only when every cell is closed.
         None => PairOutcome::Limit { n_cells: search.n_tried },
     }
 }
@@ -248,12 +209,6 @@ impl Search<'_> {
         self.frame_order = self.model.frame_order(net, &samples);
         self.relevant = self.rows.active().to_vec();
         self.queue.push(self.waiting(node, cell));
-    }
-
-    /// Volume of the cells that wait, by the coordinates of the pair.
-    fn open_volume(&self) -> f64 {
-        let of_cell = |cell: &CellBox| self.model.coordinates.iter().map(|&j| cell.half(j)).product::<f64>();
-        self.queue.iter().map(|waiting| of_cell(&waiting.cell)).sum()
     }
 
     /// Adds the rows made since there were `n_rows_seen` to the relevant ones, and takes superseded ones out.
