@@ -319,7 +319,7 @@ impl CornerTask<'_> {
             return Tangents::Open(f64::NEG_INFINITY);
         }
         let center = [0.0; MAX_JOINTS];
-        // By the squares that are kept, since the eigenvalues are the same.
+        // One for each set of kept squares: tangents that keep the same ones share the eigenvalues.
         let mut parts = vec![(0, Parts::new(series, 0))];
         let of_none = &parts[0].1;
         let at_center = self.tangent_at(cell, of_none, *offset, &center);

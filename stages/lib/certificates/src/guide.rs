@@ -190,4 +190,29 @@ mod tests {
         guide.cut(&[1.0, 0.0], -2.0);
         assert_eq!(guide.spread(5).count(), 0);
     }
+
+    #[test]
+    fn losses_are_those_of_a_count_whatever_was_refused_before() {
+        let center = DVector::from_vec(vec![0.0, 0.0]);
+        let square = HPolyhedron::from_box(&center.add_scalar(-1.0), &center.add_scalar(1.0));
+        let mut rng = ChaCha8Rng::seed_from_u64(3);
+        let mut guide = Guide::new(&square, &center, &[], 1000, &mut rng);
+        let (mut n_refused, mut n_allowed) = (0, 0);
+        for step in 0..3000 {
+            let angle = std::f64::consts::TAU * rng.random::<f64>();
+            let (a, b) = ([angle.cos(), angle.sin()], 1.4 * rng.random::<f64>());
+            let n_lost = guide.samples().filter(|q| dot(&a, q) > b).count();
+            let most = rng.random_range(0..100_usize);
+            // Half a sample more: a share of so many samples is rounded.
+            let loss = guide.loss(&a, b, (most as f64 + 0.5) / 1000.0);
+            assert_eq!(loss, (n_lost <= most).then_some(n_lost as f64 / 1000.0), "step {step}");
+            n_refused += usize::from(loss.is_none());
+            n_allowed += usize::from(loss.is_some());
+            if step % 100 == 0 {
+                guide.cut(&a, b.max(1.0));
+            }
+        }
+        // More than are looked at first, so that some made room for others.
+        assert!(n_refused > 10 * N_REFUSING && n_allowed > 100, "{n_refused}, {n_allowed}");
+    }
 }

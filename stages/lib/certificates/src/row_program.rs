@@ -49,7 +49,7 @@ pub struct RowProgram {
     beta: Vec<f64>,
     half: Vec<f64>,
     center: Vec<f64>,
-    /// Of one row.
+    /// Coefficients of the row that is being loaded, over the cell.
     scaled: Vec<f64>,
     cost: Vec<f64>,
     /// The n active constraints: a row by its position, or m + 2j + side for a bound of u_j (side 1: upper).
